@@ -29,10 +29,11 @@ static inline double geo_deg(double rad)
 }
 
 enum pose_part {
-    POSE_ATTITUDE = 1, /* attitude is valid */
-    POSE_POSITION = 2, /* north and east are valid */
-    POSE_DEPTH = 4,    /* down is valid */
-    POSE_VELOCITY = 8, /* velocity is valid */
+    POSE_ATTITUDE = 1,  /* attitude is valid */
+    POSE_POSITION = 2,  /* north and east are valid */
+    POSE_DEPTH = 4,     /* down is valid */
+    POSE_VELOCITY = 8,  /* velocity is valid */
+    POSE_ALTITUDE = 16, /* altitude_m is valid */
 };
 
 /* Where the body is at one time. Parts that are not in `has` hold the identity or zero. */
@@ -41,6 +42,7 @@ struct pose {
     double position_m[3];     /* NED */
     double attitude[4];       /* unit quaternion, body to NED */
     double velocity_mps[3];   /* NED */
+    double altitude_m;        /* down to the bottom, >= 0: no more than that, wherever the body may be by now */
     double path_m;            /* distance travelled since start; never falls */
     uint64_t discontinuities; /* its attitude had made: what lay where before one, nobody knows */
     uint64_t withdrawn;   /* so often all poses were withdrawn before: a grid turned by earlier ones starts anew */

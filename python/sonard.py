@@ -258,7 +258,7 @@ class Client:
         return self._ask("time_to_collision", **params)
 
     def pose(self, **parts: Any) -> None:
-        """Tells where the vehicle is: attitude_deg or quaternion, position_m, depth_m, velocity_mps, t_unix."""
+        """Tells where the vehicle is: attitude_deg or quaternion, position_m, depth_m, velocity_mps, altitude_m, t_unix."""
         self.call("pose", **parts)
 
     def pose_withdraw(self) -> None:

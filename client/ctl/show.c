@@ -280,7 +280,7 @@ static void show_sensor(const struct page *page, const json_t *sensor)
 /* How old the parts may be that were ever given. */
 static void show_max_age(const struct page *page, const json_t *max_age_s)
 {
-    static const char *const parts[] = {"attitude", "position", "depth", "velocity"};
+    static const char *const parts[] = {"attitude", "position", "depth", "velocity", "altitude"};
     const char *between = "             stale after ";
 
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
@@ -311,6 +311,9 @@ static void show_pose(const struct page *page, const json_t *pose)
     else
         fprintf(page->out, "; %s old", page_duration(a, page_number(pose, "age_s")));
     fprintf(page->out, "; %lld accepted, %lld refused\n", page_count(pose, "count"), page_count(pose, "refused"));
+    if (!isnan(page_number(pose, "altitude_m")))
+        fprintf(page->out, "             %.2f m above the bottom, below which nothing is free\n",
+                page_number(pose, "altitude_m"));
     show_max_age(page, json_object_get(pose, "max_age_s"));
     if (json_string_length(json_object_get(pose, "missing")) > 0)
         fprintf(page->out, "             %s; keep sending it, or stop using poses: `sonarctl pose --withdraw`\n",

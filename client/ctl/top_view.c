@@ -228,6 +228,8 @@ static void draw_pose(struct panel *panel, const json_t *pose)
     const json_t *heading = json_array_get(json_object_get(pose, "attitude_deg"), 2);
     if (heading)
         put(panel, CANVAS_PLAIN, "heading  %03.0f from north", fmod(round(json_number_value(heading)) + 360, 360));
+    if (json_is_number(json_object_get(pose, "altitude_m")))
+        put(panel, CANVAS_PLAIN, "altitude %s above the bottom", short_number(a, number(pose, "altitude_m"), "m"));
 }
 
 #define STAGE_COLUMNS 15

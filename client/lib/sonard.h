@@ -123,7 +123,7 @@ enum sonard_frame { SONARD_BODY, SONARD_NED }; /* forward, right, down; or north
  */
 struct sonard_target {
     char name[SONARD_TARGET_SIZE]; /* "wall", "20 dB below a wall"; empty: not told */
-    double bottom_db; /* the softest bottom, in dB below a wall; NaN: soft bottoms may be there */
+    double bottom_db;              /* the softest bottom, in dB below a wall; NaN: soft bottoms may be there */
 };
 
 struct sonard_blocked {
@@ -217,6 +217,7 @@ enum sonard_pose_part {
     SONARD_POSE_DEPTH = 4,
     SONARD_POSE_VELOCITY = 8,
     SONARD_POSE_TIME = 16,
+    SONARD_POSE_ALTITUDE = 32,
 };
 
 struct sonard_pose {
@@ -226,6 +227,7 @@ struct sonard_pose {
     double depth_m;         /* below the surface */
     double velocity_mps[3]; /* north, east, down */
     double t_unix;          /* of the measurement; not given: now */
+    double altitude_m;      /* above the bottom, straight down */
 };
 
 /** sonard_pose - tell where the vehicle is; waits for the daemon's word. */

@@ -296,6 +296,8 @@ static json_t *pose_params(const struct sonard_pose *pose)
         wrong |= json_object_set_new(params, "velocity_mps", triple(pose->velocity_mps));
     if (pose->has & SONARD_POSE_TIME)
         wrong |= json_object_set_new(params, "t_unix", json_real(pose->t_unix));
+    if (pose->has & SONARD_POSE_ALTITUDE)
+        wrong |= json_object_set_new(params, "altitude_m", json_real(pose->altitude_m));
     if (wrong) {
         json_decref(params);
         return NULL;

@@ -4,7 +4,8 @@
 #include <math.h>
 #include <string.h>
 
-static const unsigned parts[POSE_TRACKS] = {POSE_ATTITUDE, POSE_POSITION, POSE_DEPTH, POSE_VELOCITY};
+static const unsigned parts[POSE_TRACKS] = {POSE_ATTITUDE, POSE_POSITION, POSE_DEPTH, POSE_VELOCITY,
+                                            POSE_ALTITUDE};
 
 void pose_log_init(struct pose_log *log, uint64_t max_age_ns)
 {
@@ -145,8 +146,8 @@ static void mix(int part, const struct pose_sample *a, const struct pose_sample 
 }
 
 /*
- * Behind the last sample: as between the last two, where these belong together, but not far; a velocity stays as it was
- * told. Returns what is left of the time.
+ * Behind the last sample: as between the last two, where these belong together, but not far; a velocity and an altitude
+ * stay as they were told. Returns what is left of the time.
  */
 static uint64_t go_on(const struct pose_log *log, int part, uint64_t t_ns, double v[4])
 {
@@ -159,7 +160,7 @@ static uint64_t go_on(const struct pose_log *log, int part, uint64_t t_ns, doubl
         ahead_ns = most_ns;
     }
     if (gap_ns == 0 || gap_ns > max_age_of(log, part) || a->discontinuities != b->discontinuities ||
-        part == POSE_TRACK_VELOCITY) {
+        part >= POSE_TRACK_VELOCITY) {
         memcpy(v, b->v, sizeof b->v);
         return t_ns - b->t_ns;
     }
@@ -295,6 +296,9 @@ static void copy_part(int part, const struct pose *given, double v[4])
     case POSE_TRACK_DEPTH:
         v[0] = given->position_m[2];
         break;
+    case POSE_TRACK_ALTITUDE:
+        v[0] = given->altitude_m;
+        break;
     default:
         memcpy(v, given->velocity_mps, sizeof given->velocity_mps);
     }
@@ -339,7 +343,7 @@ bool pose_log_put(struct pose_log *log, const struct pose *given)
         return false;
     }
     add_way(log, first);
-    if (!log->t_first_ns)
+    if (!log->t_first_ns && given->has != POSE_ALTITUDE)
         log->t_first_ns = given->t_ns;
     if (given->t_ns > log->t_newest_ns)
         log->t_newest_ns = given->t_ns;
@@ -380,6 +384,9 @@ static void put_part(int part, const double v[4], struct pose *out)
         break;
     case POSE_TRACK_DEPTH:
         out->position_m[2] = v[0];
+        break;
+    case POSE_TRACK_ALTITUDE:
+        out->altitude_m = fmax(v[0], 0);
         break;
     default:
         memcpy(out->velocity_mps, v, sizeof out->velocity_mps);
@@ -426,6 +433,15 @@ static void loosen(const struct pose_log *log, const bool known[], const struct 
             fmax(log->most_radps, rate(log, POSE_TRACK_ATTITUDE)) * then[POSE_TRACK_ATTITUDE].since_s;
 }
 
+/* How much nearer the bottom may be than the altitude says. The way over ground counts as well: the bottom rises. */
+static void sink(const struct pose_log *log, const struct part_then *altitude, struct pose *p)
+{
+    if (!(p->has & POSE_ALTITUDE) || altitude->since_s <= 0)
+        return;
+    const double mps = p->has & POSE_VELOCITY ? geo_length(p->velocity_mps) : rate(log, POSE_TRACK_ALTITUDE);
+    p->altitude_m = fmax(p->altitude_m - fmax(log->most_mps, mps) * altitude->since_s, 0);
+}
+
 /* How fast a part of the place drifts off: not at all where it is given, else by the error of the velocity or as an
  * unseen vehicle does. */
 static double drifts_mps(const struct pose_log *log, const struct part_then *place, const struct pose *p)
@@ -463,9 +479,10 @@ static bool pose_then(const struct pose_log *log, uint64_t t_ns, struct pose *ou
             p.has |= parts[part];
         if (then[part].good || part == POSE_TRACK_PLACE || part == POSE_TRACK_DEPTH)
             put_part(part, then[part].v, &p);
-        any |= then[part].good;
+        any |= then[part].good && part != POSE_TRACK_ALTITUDE;
     }
     loosen(log, known, then, &p);
+    sink(log, &then[POSE_TRACK_ALTITUDE], &p);
     p.path_m = log->path_m;
     p.discontinuities = known[POSE_TRACK_ATTITUDE] ? then[POSE_TRACK_ATTITUDE].discontinuities : 0;
     *out = any ? p : pose_identity;
@@ -516,6 +533,7 @@ static void cover(struct pose *p, const struct pose *other)
     p->has &= other->has;
     p->uncertain_m = fmax(p->uncertain_m, geo_length(way_m) + other->uncertain_m);
     p->uncertain_rad = fmax(p->uncertain_rad, turned_rad(p, other) + other->uncertain_rad);
+    p->altitude_m = fmin(p->altitude_m, other->altitude_m);
 }
 
 static uint64_t earlier(uint64_t t_ns, uint64_t by_ns)

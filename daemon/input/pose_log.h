@@ -7,6 +7,8 @@
  * order of its own time: a depth that comes later than a newer attitude is as good. While nobody gives a position the
  * velocity carries it along; it is then not in `has`.
  *
+ * An altitude is about the bottom, not about the vehicle: alone it is no pose, and no pose waits for one.
+ *
  * Drift: how far the vehicle may have gone without anybody knowing. Where the velocity carries the position it grows by
  * the velocity's error. Where neither position nor velocity was ever given (of depth: nor depth) it grows with time, as
  * fast as pose_log_set_drift says. A position stops it.
@@ -36,7 +38,14 @@
  * centimetres ten times a second, would add up to kilometres. */
 #define POSE_LOG_LINE_M 0.1
 
-enum { POSE_TRACK_ATTITUDE, POSE_TRACK_PLACE, POSE_TRACK_DEPTH, POSE_TRACK_VELOCITY, POSE_TRACKS };
+enum {
+    POSE_TRACK_ATTITUDE,
+    POSE_TRACK_PLACE,
+    POSE_TRACK_DEPTH,
+    POSE_TRACK_VELOCITY,
+    POSE_TRACK_ALTITUDE,
+    POSE_TRACKS
+};
 
 /* What a velocity is off by, at most: this share of it, and this much even at rest. */
 #define POSE_LOG_VELOCITY_SHARE 0.05
@@ -44,7 +53,7 @@ enum { POSE_TRACK_ATTITUDE, POSE_TRACK_PLACE, POSE_TRACK_DEPTH, POSE_TRACK_VELOC
 
 struct pose_sample {
     uint64_t t_ns;
-    double v[4];              /* quaternion; north, east, drift; down, drift; velocity */
+    double v[4];              /* quaternion; north, east, drift; down, drift; velocity; altitude */
     bool given;               /* false: carried along by the velocity */
     uint64_t discontinuities; /* of the attitude, with this sample; 0 of other parts */
 };
@@ -153,6 +162,9 @@ unsigned pose_log_missing(const struct pose_log *log, uint64_t now_ns, double *a
  * uncertain_m, uncertain_rad: where a part went on from the last sample for longer than it could be continued, the
  * vehicle may have moved on all that time as fast as the velocity says (without one: as between samples at least 0.1 s
  * apart), or as fast as it ever does, whichever is more.
+ *
+ * altitude_m is less by how far the vehicle may have sunk since the altitude was measured: as for uncertain_m, and as
+ * fast as altitudes fell where no velocity is known.
  *
  * drift_m, drift_mps, heading_adrift, heading_radps are set in any case.
  */

@@ -368,7 +368,7 @@ static void begin_directions(struct scene *s)
     struct picture *picture = grid_picture(s->grid);
     struct sight_place place;
     picture_get_frame(picture, &s->frame);
-    sight_locate(&s->frame, &s->limits, &s->now, &place);
+    sight_locate(grid_picture(s->grid), &s->frame, &s->limits, &s->now, &place);
     answer_direction(picture, &s->limits, &s->now, &s->query, &s->answer);
     scope_begin(&s->scope, picture->rings, &(struct scope_view){&s->frame, &s->now, &place}, &s->query);
     s->opening_rad =

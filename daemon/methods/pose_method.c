@@ -53,6 +53,10 @@ static void pose_place(const json_t *params, struct pose *p)
     }
     if (params_numbers(params, "velocity_mps", p->velocity_mps))
         p->has |= POSE_VELOCITY;
+    if (params_has(params, "altitude_m")) {
+        p->altitude_m = params_number(params, "altitude_m");
+        p->has |= POSE_ALTITUDE;
+    }
 }
 
 /* What is taken, but hardly meant. */
@@ -116,8 +120,9 @@ static bool pose_take(struct methods_env *d, const char *sender, json_t *params,
     pose_place(params, &p);
     p.t_ns = pose_log_dated(&d->poses, given_ns);
     if (!p.has)
-        return rpc_refuse(error, RPC_INVALID_PARAMS,
-                          "empty pose: want attitude_deg, quaternion, position_m, depth_m or velocity_mps");
+        return rpc_refuse(
+            error, RPC_INVALID_PARAMS,
+            "empty pose: want attitude_deg, quaternion, position_m, depth_m, velocity_mps or altitude_m");
     struct velocity_doubt doubt = d->velocity_doubt;
     const bool doubted = velocity_doubt_take(&doubt, &p);
     if (!p.has) {
@@ -195,7 +200,7 @@ bool method_pose_withdraw(const struct rpc_call *call, json_t *params, struct js
                           struct rpc_error *error)
 {
     struct methods_env *d = call->daemon;
-    const bool given = d->poses.t_first_ns != 0;
+    const bool given = d->poses.t_first_ns || pose_log_last_ns(&d->poses, POSE_ALTITUDE);
     (void)params;
     if (!refuse_in_replay(d, error))
         return false;

@@ -57,10 +57,26 @@ const char *reason_cause(const struct methods_env *d, const struct answer_now *n
     char missing[QUERY_REASON_SIZE];
     if (why == ANSWER_BLIND && now->pose.drift_mps > 0)
         return "water next to the vehicle: in the blind zone, or scanned too long ago";
+    if (why == ANSWER_BOTTOM) {
+        snprintf(text, REASON_SIZE, "%s of %.2f m", answer_reason_text(why), metres_down(now->pose.altitude_m));
+        return text;
+    }
     if (why != ANSWER_POSE_LOST || !query_pose_missing(d, missing)[0])
         return answer_reason_text(why);
     snprintf(text, REASON_SIZE, "%s: %.100s", answer_reason_text(why), missing);
     return text;
+}
+
+static void write_bottom(const struct methods_env *d, const struct answer_now *now, const struct reason *r,
+                         char text[WHY_SIZE])
+{
+    char cause[REASON_SIZE];
+    const char *why = reason_cause(d, now, ANSWER_BOTTOM, cause);
+    if (r->free_to_m > 0 && r->asked_m > 0)
+        snprintf(text, WHY_SIZE, "%.100s; free up to %.2f m of %.2f m", why, metres_down(r->free_to_m),
+                 r->asked_m);
+    else
+        snprintf(text, WHY_SIZE, "%.100s", why);
 }
 
 static void write_why(const struct methods_env *d, const struct answer_now *now, const struct reason *r,
@@ -71,6 +87,8 @@ static void write_why(const struct methods_env *d, const struct answer_now *now,
         write_observed(r, text);
     else if (r->why == ANSWER_BEYOND)
         write_short(r, text);
+    else if (r->why == ANSWER_BOTTOM)
+        write_bottom(d, now, r, text);
     else if (r->why == ANSWER_SILENT)
         write_offline(d, now->lost, text);
     else if (r->why == ANSWER_BLIND && r->blind_to_m > 0 && !(now->pose.drift_mps > 0))

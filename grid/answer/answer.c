@@ -20,6 +20,7 @@ const char *answer_reason_text(enum answer_reason reason)
     static const char *const texts[] = {
         [ANSWER_HEARD] = "observed",
         [ANSWER_BEYOND] = "no obstacle detected",
+        [ANSWER_BOTTOM] = "the bottom may begin there, by the altitude",
         [ANSWER_BLIND] = "inside the blind zone of the sonar",
         [ANSWER_MOVED] = "data outdated: the vehicle has moved since this direction was scanned",
         [ANSWER_STALE] = "last scan of this direction is too old",
@@ -76,7 +77,7 @@ static enum answer_reason against(const struct sight *v, double need_m)
 {
     return v->reason != ANSWER_HEARD ? v->reason
            : need_m <= v->blind_m    ? ANSWER_BLIND
-           : v->clear_m < need_m     ? ANSWER_BEYOND
+           : v->clear_m < need_m     ? sight_beyond(v)
                                      : ANSWER_HEARD;
 }
 
@@ -159,7 +160,7 @@ static void direction_once(struct picture *p, const struct answer_conf *conf, co
     }
     struct sight_place place;
     struct scope scope;
-    sight_locate(&frame, conf, now, &place);
+    sight_locate(p, &frame, conf, now, &place);
     if (!scope_begin(&scope, p->rings, &(struct scope_view){&frame, now, &place}, q)) {
         cannot(ANSWER_OUTSIDE, out);
         return;
@@ -415,7 +416,7 @@ static void sectors_once(struct picture *p, const struct answer_conf *conf, cons
                         .up = {0, 0, -1}};
     for (size_t k = 0; k < band->count; k++)
         begin_tally(&tally[k]);
-    sight_locate(&frame, conf, now, &s.place);
+    sight_locate(p, &frame, conf, now, &s.place);
     s.by = (struct sight_observer){conf, now, &s.place, s.near_m, s.need_m, &s.fade};
     s.turned = !band->ned && sight_attitude(&frame, now, band->ned, s.attitude);
     if (s.turned)

@@ -25,6 +25,7 @@ enum answer_state { ANSWER_CLEAR, ANSWER_BLOCKED, ANSWER_UNKNOWN };
 enum answer_reason {
     ANSWER_HEARD,
     ANSWER_BEYOND,    /* no obstacle detected, but not observed as far as asked */
+    ANSWER_BOTTOM,    /* the bottom may be there, by the altitude */
     ANSWER_BLIND,     /* asked nearer than the sonar can hear */
     ANSWER_MOVED,     /* the vehicle has moved on since it was scanned */
     ANSWER_STALE,     /* looked at too long ago */

@@ -197,6 +197,22 @@ static double own_range_m(const struct tunnel *t, double ahead)
 /* Cosine of 45 degrees. Farther to the side a ray leaves the tunnel beside the body's own front. */
 #define BOW 0.7071
 
+/* Where along the line the tunnel ends, seen from the grid's centre. */
+static double end_of(const struct tunnel *t)
+{
+    return t->most_m + t->off_m[0] + t->loose_m;
+}
+
+/* The bottom ends what is free where nobody needs to have looked, too. */
+static void heed_bottom(const struct look *l, const double v[3], double foreshortened,
+                        const struct reaches *reaches)
+{
+    const struct tunnel *t = &l->tunnel;
+    const double bottom_m = fmax(0, bottom_reach_m(&l->place.bottom, v[2]) - l->place.moved_m);
+    if (bottom_m * foreshortened < end_of(t) && bottom_m < leaves_side(t, v, reaches))
+        doubt_corridor(l->out, ANSWER_BOTTOM, v, place_m(t, bottom_m, v, foreshortened, reaches->any));
+}
+
 /* What one direction adds. A range along a ray is `foreshortened` along the line, at the least. */
 static void add(struct look *l, uint32_t direction, const struct reaches *reaches)
 {
@@ -209,6 +225,8 @@ static void add(struct look *l, uint32_t direction, const struct reaches *reache
     const double most_ahead = ahead > reach.cos ? 1 : ahead * reach.cos + off * reach.sin;
     if (most_ahead <= 0) /* no ray of the cell leads ahead */
         return;
+    if (isfinite(l->place.bottom.least_m))
+        heed_bottom(l, v, foreshortened, reaches);
     const bool blank = picture_blank(l->picture, direction), promised = t->near_m > 0 && ahead > BOW;
     double own_m = own_range_m(t, most_ahead);
     if (blank && promised)
@@ -217,7 +235,7 @@ static void add(struct look *l, uint32_t direction, const struct reaches *reache
     if (blank && near_m >= out->known_m) /* a doubt from there on is no news */
         return;
     const double side_m = leaves_side(t, v, reaches);
-    const double end_m = t->most_m + t->off_m[0] + t->loose_m;
+    const double end_m = end_of(t);
     const double exit_m = sight_less(side_m, sight_more(end_m, 0) / sight_more(foreshortened, 1e-9));
     if (exit_m <= own_m &&
         (blank || (!promised && picture_told_m(l->picture, direction) - l->place.moved_m > side_m)))
@@ -247,7 +265,8 @@ static void add(struct look *l, uint32_t direction, const struct reaches *reache
     else if (s.blind_m - t->loose_m > own_m && s.clear_m > own_m)
         doubt_corridor(out, ANSWER_BLIND, v, near_m);
     else if (s.clear_m < exit_m)
-        doubt_corridor(out, ANSWER_BEYOND, v, place_m(t, sight_more(s.clear_m, own_m), v, foreshortened, reach));
+        doubt_corridor(out, sight_beyond(&s), v,
+                       place_m(t, sight_more(s.clear_m, own_m), v, foreshortened, reach));
 }
 
 /* The tunnel's place along the line where its corner is farther than what is the vehicle's own place. */
@@ -303,7 +322,7 @@ static void look_once(struct picture *p, const struct answer_conf *conf, const s
         out->known_m = 0;
         return;
     }
-    sight_locate(frame, conf, now, &l.place);
+    sight_locate(p, frame, conf, now, &l.place);
     out->uncertain_m = l.place.uncertain_m;
     set_off(t, &l.place);
     l.promise = promise_begin(p, conf, frame, now, t->loose_m);

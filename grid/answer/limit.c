@@ -62,6 +62,7 @@ const char *limit_remedy(enum limit_by by, enum answer_reason reason, enum limit
         [ANSWER_HEARD] = "a larger distance to ask for",
         [ANSWER_BEYOND] =
             "a scan that shows the water beyond; no_echo and minimum_range say how far silence counts",
+        [ANSWER_BOTTOM] = "more height above the bottom, or a way that leads up",
         [ANSWER_BLIND] = "a sonar that covers the water closer by, or a larger near in [vehicle]",
         [ANSWER_MOVED] = "a new scan of that direction, or a larger move_limit",
         [ANSWER_STALE] = "a new scan of that direction, or a longer clear_for",

@@ -163,7 +163,7 @@ static void weigh_direction(struct scene *s, uint32_t d, double to_m, struct wei
     see(s, d, to_m, &e, &sight);
     const enum answer_reason why = sight.reason != ANSWER_HEARD  ? sight.reason
                                    : to_m <= sight.blind_m       ? ANSWER_BLIND
-                                   : sight.clear_m < to_m - 1e-9 ? ANSWER_BEYOND
+                                   : sight.clear_m < to_m - 1e-9 ? sight_beyond(&sight)
                                                                  : ANSWER_HEARD;
     w->unknown += why != ANSWER_HEARD;
     out->reason = why > out->reason ? why : out->reason;
@@ -217,7 +217,7 @@ static void look_once(struct scene *s, struct nearest *out)
     picture_get_frame(s->picture, &s->frame);
     if (!sight_possible(&s->frame, s->now, s->query->ned, &out->reason))
         return;
-    sight_locate(&s->frame, s->conf, s->now, &s->place);
+    sight_locate(s->picture, &s->frame, s->conf, s->now, &s->place);
     s->turned = sight_attitude(&s->frame, s->now, s->query->ned, s->attitude);
     const double near_m = find_nearest(s, out);
     const double tilt = tilt_rad(s) + uncertain_rad(s);

@@ -41,7 +41,7 @@ static enum answer_reason against(const struct free_interval *c, const struct an
     return ANSWER_HEARD;
 }
 
-const struct sight sight_never = {.reason = ANSWER_NEVER, .age_s = -1, .hint_m = INFINITY};
+const struct sight sight_never = {.reason = ANSWER_NEVER, .age_s = -1, .hint_m = INFINITY, .bottom_m = INFINITY};
 
 /* The oldest ping of the run's water that is asked about; its parts are among the n. */
 static uint64_t oldest_asked(const struct free_interval *run, const struct free_interval *part, unsigned n,
@@ -170,26 +170,38 @@ static void look_at_words(const struct picture *p, const struct words *w, const 
     v->clear_m = sight_more(0, to_m - moved_m);
 }
 
+/* Whatever was observed, or was not. */
+static void heed_bottom(const struct picture *p, uint32_t direction, const struct sight_place *place,
+                        struct sight *v)
+{
+    v->bottom_m = sight_more(0, bottom_reach_m(&place->bottom, p->axis[direction][2]) - place->moved_m);
+    v->clear_m = sight_less(v->clear_m, v->bottom_m);
+}
+
 void sight_look_told(struct picture *p, uint32_t direction, const struct sight_observer *by,
                      struct picture_entry *e, struct sight *v)
 {
-    for (int i = 0; i < SNAPSHOT_TRIES; i++) {
+    bool whole = false;
+    for (int i = 0; i < SNAPSHOT_TRIES && !whole; i++) {
         const uint64_t number = picture_now(p);
         const struct words w = {p->side[number & 1].word + (size_t)direction * PICTURE_WORDS};
         look_at_words(p, &w, by, e, v);
-        if (picture_still(p, number))
-            return;
+        whole = picture_still(p, number);
     }
-    *v = sight_never;
+    if (!whole)
+        *v = sight_never;
+    heed_bottom(p, direction, by->place, v);
 }
 
 void sight_look(struct picture *p, uint32_t direction, const struct sight_observer *by, struct picture_entry *e,
                 struct sight *v)
 {
-    if (picture_blank(p, direction))
-        *v = sight_never;
-    else
+    if (!picture_blank(p, direction)) {
         sight_look_told(p, direction, by, e, v);
+        return;
+    }
+    *v = sight_never;
+    heed_bottom(p, direction, by->place, v);
 }
 
 bool sight_possible(const struct picture_frame *frame, const struct answer_now *now, bool ned,
@@ -205,14 +217,26 @@ bool sight_possible(const struct picture_frame *frame, const struct answer_now *
     return *reason == ANSWER_HEARD;
 }
 
-void sight_locate(const struct picture_frame *frame, const struct answer_conf *conf, const struct answer_now *now,
-                  struct sight_place *place)
+/* A vehicle is above the grid's centre by as much as that is below it, and how far it may be off counts once more. */
+static struct bottom bottom_of(const struct picture *p, const struct answer_now *now,
+                               const struct sight_place *place)
+{
+    const double *off_m = place->offset_m;
+    if (!(now->pose.has & POSE_ALTITUDE))
+        return bottom_unknown;
+    return bottom_below(now->pose.altitude_m, off_m[2] - place->uncertain_m,
+                        hypot(off_m[0], off_m[1]) + place->uncertain_m,
+                        p->rings->height_rad / 2 + place->turned_rad);
+}
+
+void sight_locate(const struct picture *p, const struct picture_frame *frame, const struct answer_conf *conf,
+                  const struct answer_now *now, struct sight_place *place)
 {
     double way2 = 0;
     /* in the time between two pings; more than that since the last one */
     const double drift_m = hypot(fmax(now->pose.drift_m[0] - frame->drift_m[0], 0),
                                  fmax(now->pose.drift_m[1] - frame->drift_m[1], 0));
-    *place = (struct sight_place){.uncertain_m = drift_m, .moved_m = drift_m};
+    *place = (struct sight_place){.uncertain_m = drift_m, .moved_m = drift_m, .bottom = bottom_unknown};
     if (!frame->ned)
         return;
     for (int i = 0; i < 3; i++) {
@@ -230,6 +254,7 @@ void sight_locate(const struct picture_frame *frame, const struct answer_conf *c
     place->moved_m = sqrt(way2) + place->uncertain_m;
     place->away = sqrt(way2) > POSE_STEP_MOST_M || now->pose.discontinuities != frame->discontinuities ||
                   now->pose.withdrawn != frame->withdrawn;
+    place->bottom = bottom_of(p, now, place);
 }
 
 void sight_swing(const struct sight_place *place, const double to[3], double v[3])

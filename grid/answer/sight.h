@@ -7,6 +7,7 @@
 #define SONARD_SIGHT_H
 
 #include "answer.h"
+#include "bottom.h"
 
 /* Where the vehicle is now, as far as the picture is concerned. */
 struct sight_place {
@@ -18,6 +19,7 @@ struct sight_place {
     double adrift_cos, adrift_sin;
     /* no ping since it moved farther than a place may in one step, or jumped: nothing that was clear is so from here */
     bool away;
+    struct bottom bottom; /* as seen from the grid's centre */
 };
 
 /* What one direction says, as seen from there. */
@@ -28,7 +30,8 @@ struct sight {
     bool showed;  /* that ping showed water, though the vehicle may have drifted out of it since */
     const struct picture_obstacle *obstacle; /* nearest that still counts, in the entry; NULL: none */
     double near_m, logodds;
-    double hint_m; /* near edge of the nearest evidence that is left, however weak; INFINITY: none */
+    double hint_m;   /* near edge of the nearest evidence that is left, however weak; INFINITY: none */
+    double bottom_m; /* from here on there may be the bottom, whatever was observed; INFINITY: there is not */
 };
 
 /* Of a direction that was never pinged. */
@@ -53,13 +56,20 @@ bool sight_reads(struct sight_reading *r);
 /** sight_seconds - from t_ns to now_ns; 0 when that is not later. */
 double sight_seconds(uint64_t now_ns, uint64_t t_ns);
 
+/** sight_beyond - why the water of a direction ends at clear_m: ANSWER_BOTTOM or ANSWER_BEYOND. */
+static inline enum answer_reason sight_beyond(const struct sight *v)
+{
+    return v->bottom_m <= v->clear_m ? ANSWER_BOTTOM : ANSWER_BEYOND;
+}
+
 /** sight_possible - false when nothing can be said about any direction, with the reason. */
 bool sight_possible(const struct picture_frame *frame, const struct answer_now *now, bool ned,
                     enum answer_reason *reason);
 
-/** sight_locate - the vehicle's place against the grid's centre, for water that is no older than conf says. */
-void sight_locate(const struct picture_frame *frame, const struct answer_conf *conf, const struct answer_now *now,
-                  struct sight_place *place);
+/** sight_locate - the vehicle's place against the grid's centre, for water that is no older than conf says, and how far
+ * the bottom is from there. */
+void sight_locate(const struct picture *p, const struct picture_frame *frame, const struct answer_conf *conf,
+                  const struct answer_now *now, struct sight_place *place);
 
 /** sight_swing - turns v about the vertical towards `to`, both in the grid's axes, by adrift_rad or until it is
  * abreast: of all places where v may lie the one nearest to `to`. */

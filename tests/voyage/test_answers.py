@@ -251,4 +251,31 @@ def at_rest(bench):
     check((answer["state"], answer["reason"]) == ("unknown", "the vehicle is at rest"), "at rest: %s" % answer)
 
 
-run([("answers_" + f.__name__, f) for f in (nearest, cone_and_sector, limit, drift, old_place, attitude_alone, explain_beside_an_uncertain_pose, explain, unknown_ahead, collision, at_rest)])
+def above_the_bottom(bench):
+    """In a basin without a floor to hear, what an altimeter says ends free water; once it is silent, nothing does."""
+    bench.conf(vehicle={"near": "4 m", "max_speed": "0.2 m/s"}, pose={"max_age": "2 s"})
+    trip = ping360(bench)
+    for _ in range(TURN // 5):
+        trip.pose(**STILL, altitude_m=1)
+        trip.pings(5)
+    low_s = trip.now_s
+    for _ in range(TURN // 5):
+        trip.pose(**STILL)
+        trip.pings(5)
+    at = trip.moments()
+    client = at(low_s)
+    pose = client.call("status")["pose"]
+    check("altitude" in pose["has"] and 0.9 < pose["altitude_m"] <= 1, "status: %s" % pose)
+    low = client.call("blocked", azimuth_deg=0, distance_m=8)
+    check(low["state"] == "unknown" and 2 < low["free_to_m"] < 1 / math.sin(math.radians(7.5)), "1 m above it: %s" % low)
+    check(low["reason"].startswith("the bottom may begin there, by the altitude of "), "1 m above it: %s" % low)
+    check(client.call("blocked", azimuth_deg=0, elevation_deg=9, half_angle_deg=2.5, distance_m=8)["state"] == "clear", "above the horizon")
+    dive = client.call("limit", velocity_mps=[0, 0, 0.5])
+    check(dive["limited_by"] == "unknown" and "bottom" in dive["reason"] and dive["free_m"] < 0.6, "a dive: %s" % dive)
+    client = at(trip.now_s)
+    pose = client.call("status")["pose"]
+    check("altitude" not in pose["has"] and pose["altitude_m"] is None, "status: %s" % pose)
+    check(client.call("blocked", azimuth_deg=0, distance_m=8)["state"] == "clear", "without an altitude")
+
+
+run([("answers_" + f.__name__, f) for f in (nearest, cone_and_sector, limit, drift, old_place, attitude_alone, explain_beside_an_uncertain_pose, explain, unknown_ahead, collision, at_rest, above_the_bottom)])

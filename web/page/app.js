@@ -379,6 +379,7 @@ function showVehicle() {
     if (p.has.length) list.push(["it has", p.has.join(", ")]);
     if (p.attitude_deg) list.push(["heading", words.degrees((p.attitude_deg[2] + 360) % 360)], ["roll, pitch", `${p.attitude_deg[0].toFixed(1)}°, ${p.attitude_deg[1].toFixed(1)}°`]);
     if (slice && slice.vehicle_m) list.push(["place", slice.vehicle_m.map((v) => v.toFixed(1)).join(", ") + " m NED"]);
+    if (p.altitude_m !== null) list.push(["altitude", `${words.metres(p.altitude_m)} above the bottom`]);
     if (s.depth) list.push(["depth", `${words.metres(s.depth.depth_m)} (${s.depth.state})`]);
     if (p.jumps) list.push(["pose jumps", String(p.jumps)]);
     if (s.leak) list.push(["leak probe", s.leak.state]);

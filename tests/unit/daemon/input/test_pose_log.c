@@ -78,6 +78,63 @@ TEST(before_the_first_and_too_long_after_the_last_there_is_none)
     CHECK(!pose_log_fresh(&poses, 1501 * MS));
 }
 
+static void put_altitude(uint64_t ms, double altitude_m)
+{
+    struct pose p = pose_identity;
+    p.t_ns = ms * MS;
+    p.has = POSE_ALTITUDE;
+    p.altitude_m = altitude_m;
+    CHECK(pose_log_put(&poses, &p));
+}
+
+TEST(an_altitude_is_less_by_how_far_the_vehicle_may_have_sunk)
+{
+    struct pose p;
+    pose_log_init(&poses, 1000 * MS);
+    put(2000 * MS, POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH, 0, 0, 0);
+    put_altitude(1500, 5);
+    put_altitude(2000, 4);
+    CHECK(pose_log_at(&poses, 2000 * MS, &p) && p.has & POSE_ALTITUDE);
+    CHECK_NEAR(p.altitude_m, 4, 1e-12, 0);
+    CHECK(pose_log_at(&poses, 2500 * MS, &p));
+    CHECK_NEAR(p.altitude_m, 3, 1e-12, 0); /* as it fell before */
+    put(2400 * MS, POSE_VELOCITY, 0, 0, 0.5);
+    CHECK(pose_log_at(&poses, 2500 * MS, &p));
+    CHECK_NEAR(p.altitude_m, 3.75, 1e-12, 0);
+    pose_log_set_most(&poses, 3, 0);
+    CHECK(pose_log_at(&poses, 2500 * MS, &p));
+    CHECK_NEAR(p.altitude_m, 2.5, 1e-12, 0);
+    pose_log_set_most(&poses, 30, 0);
+    CHECK(pose_log_at(&poses, 2500 * MS, &p) && p.has & POSE_ALTITUDE);
+    CHECK_NEAR(p.altitude_m, 0, 0, 0); /* it may be aground */
+    CHECK(pose_log_within(&poses, 2000 * MS, 2010 * MS, &p));
+    CHECK_NEAR(p.altitude_m, 3.7, 1e-9, 0);
+    CHECK(pose_log_at(&poses, 3000 * MS, &p) && p.has & POSE_ALTITUDE);
+    put(3001 * MS, POSE_ATTITUDE, 0, 0, 0);
+    CHECK(pose_log_at(&poses, 3001 * MS, &p));
+    CHECK_INT(p.has & POSE_ALTITUDE, 0); /* too old */
+}
+
+/* It says nothing of the vehicle: neither does a pose wait for it, nor does the vehicle drift from then on. */
+TEST(an_altitude_alone_is_no_pose)
+{
+    const struct pose_drift drift = {.mps = 1, .from_pose = true};
+    struct pose p;
+    pose_log_init(&poses, 1000 * MS);
+    pose_log_set_drift(&poses, 0, &drift);
+    put_altitude(1000, 5);
+    CHECK(!pose_log_at(&poses, 1500 * MS, &p));
+    CHECK_NEAR(p.drift_m[0], 0, 0, 0);
+    CHECK_INT(p.has, 0);
+    put(2000 * MS, POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH, 0, 0, 0);
+    CHECK(pose_log_fresh(&poses, 2500 * MS));
+    put_altitude(2500, 5);
+    pose_log_withdraw(&poses, 2600 * MS);
+    put(2700 * MS, POSE_ATTITUDE, 0, 0, 0);
+    CHECK(pose_log_at(&poses, 2700 * MS, &p));
+    CHECK_INT(p.has, POSE_ATTITUDE);
+}
+
 TEST(a_withdrawn_pose_is_as_if_never_given_but_what_drifted_stays)
 {
     struct pose p;
@@ -685,6 +742,8 @@ int main(void)
     RUN(before_the_first_and_too_long_after_the_last_there_is_none);
     RUN(a_withdrawn_pose_is_as_if_never_given_but_what_drifted_stays);
     RUN(the_missing_part_is_named_with_its_age_and_sender);
+    RUN(an_altitude_is_less_by_how_far_the_vehicle_may_have_sunk);
+    RUN(an_altitude_alone_is_no_pose);
     RUN(a_gap_is_not_bridged);
     RUN(times_that_do_not_rise_are_refused_and_counted);
     RUN(parts_come_from_different_senders_and_end_by_themselves);

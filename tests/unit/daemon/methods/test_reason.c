@@ -48,6 +48,8 @@ TEST(each_names_its_figure)
         {ANSWER_BLOCKED, ANSWER_HEARD, "echo at 4.20 m"},
         {ANSWER_CLEAR, ANSWER_HEARD, "free up to 3.10 m"}, /* never more than was found */
         {ANSWER_UNKNOWN, ANSWER_BEYOND, "no obstacle detected; observed only to 3.10 m of 5.00 m"},
+        {ANSWER_UNKNOWN, ANSWER_BOTTOM,
+         "the bottom may begin there, by the altitude of 1.20 m; free up to 3.10 m of 5.00 m"},
         {ANSWER_UNKNOWN, ANSWER_BLIND, "inside the blind zone of the sonar, which ends at 0.76 m"},
         {ANSWER_UNKNOWN, ANSWER_STALE, "last scan of this direction is 41.2 s old (limit 40.0 s)"},
         {ANSWER_UNKNOWN, ANSWER_MOVED, "data outdated: the vehicle has moved since this direction was scanned"},
@@ -56,7 +58,8 @@ TEST(each_names_its_figure)
         {ANSWER_UNKNOWN, ANSWER_NO_FRAME, "no attitude received, so north is unknown"},
         {ANSWER_UNKNOWN, ANSWER_NO_DATA, "no data from the sonar"},
     };
-    const struct answer_now now = {.pose = pose_identity};
+    struct answer_now now = {.pose = pose_identity};
+    now.pose.altitude_m = 1.2;
     set_up();
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
         CHECK_STR(said(rows[i].state, rows[i].why, &now), rows[i].want);

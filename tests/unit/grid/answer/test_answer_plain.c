@@ -71,6 +71,8 @@ static void move(void)
     now.pose.uncertain_m = one_in(2) ? 0 : uniform(0, 0.2);
     now.pose.uncertain_rad = one_in(2) ? 0 : uniform(0, 0.1);
     now.pose.heading_radps = one_in(2) ? 0 : uniform(0, 0.3) / limits.clear_for_s;
+    now.pose.altitude_m = uniform(0, 10);
+    now.pose.has |= one_in(2) ? POSE_ALTITUDE : 0u;
 }
 
 /* Evidence against an obstacle says nothing, but the direction is not blank any more. */
@@ -132,7 +134,7 @@ static struct answer plain(const struct ring_query *q, size_t k)
     double attitude[4];
     bool blocked = false, unknown = false;
     picture_get_frame(&picture, &frame);
-    sight_locate(&frame, &limits, &now, &place);
+    sight_locate(&picture, &frame, &limits, &now, &place);
     const bool turned = !q->ned && sight_attitude(&frame, &now, false, attitude);
     const double tilt = turned ? sight_tilt(now.pose.attitude) : 0, swings = place.adrift_rad;
     const double slack = (turned ? place.turned_rad : 0) + swings * sin(tilt);
@@ -252,7 +254,7 @@ static struct answer plain_line(const struct answer_query *q)
     struct sight_place place;
     double line[3];
     picture_get_frame(&picture, &frame);
-    sight_locate(&frame, &limits, &now, &place);
+    sight_locate(&picture, &frame, &limits, &now, &place);
     geo_direction(q->az_rad, q->el_rad, line);
     sight_to_grid(&frame, &now, q->ned, line);
     if (!q->corridor && place.moved_m > 0)

@@ -137,14 +137,14 @@ TEST(a_place_is_known_worse_by_the_way_in_a_wrong_direction)
     start(true, 15, 0);
     picture_get_frame(&picture, &frame);
     now.pose.position_m[0] = 0.08;
-    sight_locate(&frame, &limits, &now, &place);
+    sight_locate(&picture, &frame, &limits, &now, &place);
     CHECK_NEAR(place.uncertain_m, 0, 1e-12, 0);
     drift(10);
-    sight_locate(&frame, &limits, &now, &place);
+    sight_locate(&picture, &frame, &limits, &now, &place);
     CHECK_NEAR(place.adrift_rad, geo_rad(10), 1e-12, 0);
     CHECK_NEAR(place.uncertain_m, 0.08 * geo_rad(10), 1e-12, 0);
     drift(400);
-    sight_locate(&frame, &limits, &now, &place);
+    sight_locate(&picture, &frame, &limits, &now, &place);
     CHECK_NEAR(place.adrift_rad, GEO_PI, 1e-12, 0); /* then it may lie anywhere around */
 }
 

@@ -1,0 +1,218 @@
+/* SPDX-License-Identifier: MIT */
+/* test_bottom - nothing is free below a bottom whose height is known, whatever beams found there. */
+#include "tests/lib/picture_rig.h"
+
+#include "grid/answer/bottom.h"
+#include "grid/answer/corridor.h"
+#include "grid/answer/nearest.h"
+
+static uint64_t seed;
+
+static double uniform(double lo, double hi)
+{
+    return lo + (hi - lo) * ((double)(test_random(&seed) >> 11) * 0x1p-53);
+}
+
+static double surely_m(double altitude_m)
+{
+    return altitude_m * (1 - BOTTOM_ALTITUDE_SHARE) - BOTTOM_ALTITUDE_M;
+}
+
+/* Where the lowest ray meets a bottom that rises by the slope assumed, by walking along it. */
+static double walk_m(double down_m, double down_rad)
+{
+    const double slope = tan(geo_rad(BOTTOM_SLOPE_DEG));
+    double lo_m = 0, hi_m = 1e4;
+    if (hi_m * sin(down_rad) < down_m - hi_m * cos(down_rad) * slope)
+        return INFINITY;
+    for (int i = 0; i < 100; i++) {
+        const double m = (lo_m + hi_m) / 2;
+        if (m * sin(down_rad) < down_m - m * cos(down_rad) * slope)
+            lo_m = m;
+        else
+            hi_m = m;
+    }
+    return lo_m;
+}
+
+TEST(a_ray_reaches_the_bottom_where_geometry_has_it)
+{
+    seed = test_seed();
+    for (int i = 0; i < 2000; i++) {
+        const double altitude_m = uniform(0, 30), slack = uniform(0, 0.2), down_rad = uniform(-1.2, 1.2);
+        const struct bottom b = bottom_below(altitude_m, 0, 0, slack);
+        const double reach_m = bottom_reach_m(&b, sin(down_rad));
+        const double there_m = walk_m(fmax(surely_m(altitude_m), 0), down_rad + slack);
+        CHECK(isinf(there_m) ? reach_m > 9e3 : fabs(reach_m - there_m) <= 1e-6 + 1e-9 * there_m);
+    }
+}
+
+TEST(less_is_free_where_less_is_known)
+{
+    seed = test_seed();
+    for (int i = 0; i < 2000; i++) {
+        const double altitude_m = uniform(0, 30), slack = uniform(0, 1), down = uniform(-1, 1);
+        const struct bottom b = bottom_below(altitude_m, 0, 0, slack),
+                            rougher = bottom_below(altitude_m, 0, 0, slack + 0.1),
+                            lower = bottom_below(altitude_m, -0.3, 0, slack),
+                            beside = bottom_below(altitude_m, 0, 2, slack);
+        const double reach_m = bottom_reach_m(&b, down);
+        CHECK(reach_m >= 0);
+        CHECK(bottom_reach_m(&rougher, down) <= reach_m);
+        CHECK(bottom_reach_m(&lower, down) <= reach_m);
+        CHECK(bottom_reach_m(&beside, down) <= reach_m);
+    }
+    CHECK(isinf(bottom_reach_m(&bottom_unknown, 1)));
+    const struct bottom on_it = bottom_below(0, 0, 0, 0.1);
+    CHECK_NEAR(bottom_reach_m(&on_it, 0.5), 0, 0, 0);
+}
+
+/* Everything was observed free to 20 m, down to the middle of the earth, by beams that hear no mud. */
+static void start(bool ned, double altitude_m)
+{
+    start_with(rings_full(&rings, geo_rad(3)), ned);
+    for (uint32_t d = 0; d < rings.n; d++) {
+        struct picture_entry e = {.free[0] = {.t_ping_ns = NOW - SECOND, .from_m = 0.3f, .to_m = 20}};
+        picture_begin(&picture);
+        picture_set(&picture, d, &e);
+        picture_end(&picture);
+    }
+    now.pose.has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH | POSE_ALTITUDE;
+    now.pose.altitude_m = altitude_m;
+}
+
+static struct answer ask(double el_deg, double distance_m, bool ned)
+{
+    struct answer a;
+    answer_direction(&picture, &limits, &now,
+                     &(struct answer_query){.el_rad = geo_rad(el_deg), .ned = ned, .distance_m = distance_m}, &a);
+    return a;
+}
+
+/* No free water below it: the cell that is asked about, of 3 degrees, may point lower by as much. */
+static void check_cap(double el_deg, double altitude_m)
+{
+    const struct answer a = ask(el_deg, 15, true);
+    const double lowest_deg = fmin(3 + BOTTOM_SLOPE_DEG - el_deg, 90);
+    CHECK_INT(a.state, ANSWER_UNKNOWN);
+    CHECK_INT(a.reason, ANSWER_BOTTOM);
+    CHECK(a.free_to_m < altitude_m / sin(geo_rad(-el_deg)));
+    CHECK(a.free_to_m > 0.95 * surely_m(altitude_m) / sin(geo_rad(lowest_deg)));
+    CHECK_INT(ask(el_deg, 0.99 * a.free_to_m, true).state, ANSWER_CLEAR);
+}
+
+TEST(a_cone_ends_at_the_bottom_and_says_so)
+{
+    static const double el_deg[] = {-20, -45, -80, -90};
+    for (size_t i = 0; i < sizeof el_deg / sizeof *el_deg; i++) {
+        start(true, 4);
+        check_cap(el_deg[i], 4);
+    }
+    start(true, 4);
+    CHECK_INT(ask(10, 15, true).state, ANSWER_CLEAR);
+    now.pose.has &= ~(unsigned)POSE_ALTITUDE;
+    CHECK_INT(ask(-80, 15, true).state, ANSWER_CLEAR);
+}
+
+TEST(a_vehicle_that_is_tilted_has_the_bottom_ahead)
+{
+    start(true, 3);
+    quat_from_rpy(0, geo_rad(-40), 0, now.pose.attitude);
+    const struct answer a = ask(0, 15, false);
+    CHECK(a.state == ANSWER_UNKNOWN && a.reason == ANSWER_BOTTOM);
+    CHECK(a.free_to_m > 3 && a.free_to_m < 3 / sin(geo_rad(40)));
+    const double sure_m = a.free_to_m;
+    now.pose.uncertain_rad = 0.1;
+    CHECK(ask(0, 15, false).free_to_m < sure_m - 0.2);
+}
+
+TEST(the_bottom_is_as_far_below_the_grids_centre_as_below_the_vehicle_and_what_it_has_sunk)
+{
+    start(true, 3);
+    const double level_m = ask(-60, 15, true).free_to_m;
+    now.pose.position_m[2] = 0.2; /* sunk, and so much nearer */
+    now.pose.altitude_m = 2.8;
+    CHECK_NEAR(ask(-60, 15, true).free_to_m, level_m - 0.2, 0, 0.01);
+    now.pose.uncertain_m = 0.3;
+    CHECK(ask(-60, 15, true).free_to_m < level_m - 0.7); /* nearer, and lower */
+}
+
+/* Without an attitude nobody knows which way is down. */
+TEST(the_body_has_no_down)
+{
+    start(false, 1);
+    CHECK_INT(ask(-60, 15, false).state, ANSWER_CLEAR);
+}
+
+TEST(sectors_and_the_nearest_end_there_too)
+{
+    struct answer sector[8];
+    struct nearest n;
+    start(true, 1);
+    answer_sectors(&picture, &limits, &now,
+                   &(struct answer_band){.ned = true, .lo_rad = -0.17, .hi_rad = 0.17, .reach_m = 10, .count = 8},
+                   sector);
+    for (int k = 0; k < 8; k++) {
+        CHECK(sector[k].state == ANSWER_UNKNOWN && sector[k].reason == ANSWER_BOTTOM);
+        CHECK(sector[k].free_to_m > 2 && sector[k].free_to_m < 1 / sin(0.17));
+    }
+    nearest_look(&picture, &limits, &now,
+                 &(struct nearest_query){.ned = true, .lo_rad = -1.5, .hi_rad = 1.5, .reach_m = 10}, &n);
+    CHECK(n.state == ANSWER_UNKNOWN && n.reason == ANSWER_BOTTOM);
+    CHECK(n.unknown_share > 0.3 && n.unknown_share < 0.7);
+}
+
+/* The bottom ends a dive, also where near promises water, and where nobody has looked. */
+TEST(a_body_does_not_sink_into_the_bottom)
+{
+    static const struct corridor_body body = {.radius_m = 0.3, .half_height_m = 0.2, .margin_m = 0.1, .near_m = 2};
+    const struct corridor_query dive = {.direction = {0, 0, 1}, .ned = true, .most_m = 10},
+                                level = {.direction = {1, 0, 0}, .ned = true, .most_m = 2};
+    for (int blank = 0; blank < 2; blank++) {
+        struct corridor c;
+        start(true, 1.2);
+        if (blank)
+            start_with(rings_full(&rings, geo_rad(3)), true);
+        now.pose.has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH | POSE_ALTITUDE;
+        now.pose.altitude_m = 1.2;
+        corridor_look(&picture, &limits, &now, &body, &dive, &c);
+        CHECK_INT(c.reason, ANSWER_BOTTOM);
+        CHECK(c.known_m > 0.8 && c.known_m <= surely_m(1.2));
+        CHECK(isinf(c.blocked_m));
+        corridor_look(&picture, &limits, &now, &body, &level, &c);
+        CHECK_INT(c.reason, blank ? ANSWER_NEVER : ANSWER_HEARD);
+        now.pose.altitude_m = 0.3; /* the body stands in it */
+        corridor_look(&picture, &limits, &now, &body, &level, &c);
+        CHECK(c.reason == ANSWER_BOTTOM && c.known_m < 0.1);
+    }
+}
+
+/* An obstacle stays one, whatever is below it; the bottom itself is none. */
+TEST(the_bottom_neither_blocks_nor_hides)
+{
+    start(true, 2);
+    struct picture_entry e = {
+        .free[0] = {.t_ping_ns = NOW, .from_m = 0.3f, .to_m = 3.9f},
+        .obstacle[0] = {
+            .t_ref_ns = NOW, .t_echo_ns = NOW, .logodds = 4, .near_m = 3.9f, .range_m = 4, .sd_m = 0.05f}};
+    picture_begin(&picture);
+    picture_set(&picture, rings_index(&rings, 0, geo_rad(-60)), &e);
+    picture_end(&picture);
+    CHECK_INT(ask(-60, 15, true).state, ANSWER_BLOCKED);
+    CHECK_NEAR(ask(-60, 15, true).range_m, 4, 0, 1e-6);
+    CHECK_INT(ask(-60, 3, true).state, ANSWER_UNKNOWN);
+}
+
+int main(void)
+{
+    RUN(a_ray_reaches_the_bottom_where_geometry_has_it);
+    RUN(less_is_free_where_less_is_known);
+    RUN(a_cone_ends_at_the_bottom_and_says_so);
+    RUN(a_vehicle_that_is_tilted_has_the_bottom_ahead);
+    RUN(the_bottom_is_as_far_below_the_grids_centre_as_below_the_vehicle_and_what_it_has_sunk);
+    RUN(the_body_has_no_down);
+    RUN(sectors_and_the_nearest_end_there_too);
+    RUN(a_body_does_not_sink_into_the_bottom);
+    RUN(the_bottom_neither_blocks_nor_hides);
+    return test_end();
+}
