@@ -126,6 +126,7 @@ static void ask_for_rates(struct mavlink_bridge *b, bool attitude, uint64_t now_
     } wanted[] = {{MAVLINK_ATTITUDE, 20000},           {MAVLINK_LOCAL_POSITION_NED, 50000},
                   {MAVLINK_SCALED_PRESSURE, 100000},   {MAVLINK_SCALED_PRESSURE2, 100000},
                   {MAVLINK_SCALED_PRESSURE3, 100000},  {MAVLINK_VFR_HUD, 200000},
+                  {MAVLINK_DISTANCE_SENSOR, 100000},   {MAVLINK_ALTITUDE, 200000},
                   {MAVLINK_EKF_STATUS_REPORT, 200000}, {MAVLINK_ESTIMATOR_STATUS, 200000}};
 
     for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {

@@ -256,9 +256,11 @@ void mavlink_feed_pose(struct mavlink_feed *feed, const struct mavlink_pose *pos
     const unsigned has = (pose->has & MAVLINK_POSE_ATTITUDE ? SONARD_POSE_QUATERNION : 0u) |
                          (pose->has & MAVLINK_POSE_POSITION ? SONARD_POSE_POSITION : 0u) |
                          (pose->has & MAVLINK_POSE_VELOCITY ? SONARD_POSE_VELOCITY : 0u) |
-                         (pose->has & MAVLINK_POSE_DEPTH ? SONARD_POSE_DEPTH : 0u);
+                         (pose->has & MAVLINK_POSE_DEPTH ? SONARD_POSE_DEPTH : 0u) |
+                         (pose->has & MAVLINK_POSE_ALTITUDE ? SONARD_POSE_ALTITUDE : 0u);
     struct sonard_pose said = {.has = has | SONARD_POSE_TIME,
                                .depth_m = pose->depth_m,
+                               .altitude_m = pose->altitude_m,
                                .t_unix = (double)(feed->unix_offset_ns + pose->t_ns) * 1e-9};
 
     if (!feed->client)

@@ -135,6 +135,17 @@ static const struct mavlink_field scaled_pressure[] = {
     {0},
 };
 
+static const struct mavlink_field altitude_message[] = {
+    FIELD(altitude_message, time_usec, MAVLINK_U64),
+    FIELD(altitude_message, altitude_monotonic, MAVLINK_F32),
+    FIELD(altitude_message, altitude_amsl, MAVLINK_F32),
+    FIELD(altitude_message, altitude_local, MAVLINK_F32),
+    FIELD(altitude_message, altitude_relative, MAVLINK_F32),
+    FIELD(altitude_message, altitude_terrain, MAVLINK_F32),
+    FIELD(altitude_message, bottom_clearance, MAVLINK_F32),
+    {0},
+};
+
 static const struct mavlink_field ahrs2[] = {
     FIELD(ahrs2, roll, MAVLINK_F32),
     FIELD(ahrs2, pitch, MAVLINK_F32),
@@ -217,6 +228,7 @@ const struct mavlink_message mavlink_messages[] = {
     {MAVLINK_TIMESYNC, "TIMESYNC", 34, 18, timesync},
     {MAVLINK_DISTANCE_SENSOR, "DISTANCE_SENSOR", 85, 39, distance_sensor},
     {MAVLINK_SCALED_PRESSURE2, "SCALED_PRESSURE2", 195, 14, scaled_pressure},
+    {MAVLINK_ALTITUDE, "ALTITUDE", 47, 32, altitude_message},
     {MAVLINK_SCALED_PRESSURE3, "SCALED_PRESSURE3", 131, 14, scaled_pressure},
     {MAVLINK_AHRS2, "AHRS2", 47, 24, ahrs2},
     {MAVLINK_EKF_STATUS_REPORT, "EKF_STATUS_REPORT", 71, 26, ekf_status_report},

@@ -28,6 +28,7 @@ enum mavlink_id {
     MAVLINK_TIMESYNC = 111,
     MAVLINK_DISTANCE_SENSOR = 132,
     MAVLINK_SCALED_PRESSURE2 = 137,
+    MAVLINK_ALTITUDE = 141,
     MAVLINK_SCALED_PRESSURE3 = 143,
     MAVLINK_AHRS2 = 178,
     MAVLINK_EKF_STATUS_REPORT = 193,
@@ -126,6 +127,12 @@ struct mavlink_scaled_pressure {
     uint32_t time_boot_ms;
     float press_abs, press_diff; /* hPa */
     int16_t temperature;         /* 0.01 degC */
+};
+
+struct mavlink_altitude_message {
+    uint64_t time_usec;
+    float altitude_monotonic, altitude_amsl, altitude_local, altitude_relative, altitude_terrain; /* m, upward */
+    float bottom_clearance; /* m, to the ground below; negative or NaN: none */
 };
 
 struct mavlink_ahrs2 {

@@ -17,6 +17,7 @@
 #define VELOCITY_MAX_MPS  100.0
 #define DEPTH_MIN_M       -100.0
 #define DEPTH_MAX_M       12000.0
+#define LEAST_UPRIGHT     0.7071 /* cosine of the tilt */
 
 void mavlink_vehicle_init(struct mavlink_vehicle *vehicle, const struct mavlink_vehicle_conf *conf)
 {
@@ -85,9 +86,9 @@ static uint64_t sampled(struct mavlink_vehicle *vehicle, uint32_t boot_ms, uint6
     return 0;
 }
 
-/* PX4 stamps a pressure by its sensor: with 0 where that is missing, and always the same once it is dead. So while
- * attitudes tell the time, a pressure of a time that jumps is left out, and makes no second clock. */
-static uint64_t pressed(struct mavlink_vehicle *vehicle, uint32_t boot_ms, uint64_t now_ns)
+/* PX4 stamps some messages by their sensor: with 0 where that is missing, and always the same once it is dead. So while
+ * attitudes tell the time, such a message of a time that jumps is left out, and makes no second clock. */
+static uint64_t sensed(struct mavlink_vehicle *vehicle, uint32_t boot_ms, uint64_t now_ns)
 {
     const bool attitudes = vehicle->attitude_ns && now_ns <= vehicle->attitude_ns + ALONE_AFTER_NS;
 
@@ -224,7 +225,7 @@ static void take_pressure(struct mavlink_vehicle *vehicle, int number, const str
 
     mavlink_unpack(frame->message, frame->payload, &m);
 
-    const uint64_t t_ns = pressed(vehicle, m.time_boot_ms, now_ns);
+    const uint64_t t_ns = sensed(vehicle, m.time_boot_ms, now_ns);
 
     if (!t_ns)
         return;
@@ -248,6 +249,54 @@ static void take_pressure(struct mavlink_vehicle *vehicle, int number, const str
     }
     vehicle->next.depth_m = depth_m;
     add_part(vehicle, MAVLINK_POSE_DEPTH, t_ns);
+}
+
+/* Cosine of the vehicle's tilt; 0: not known. */
+static double upright(const struct mavlink_vehicle *vehicle, uint64_t now_ns)
+{
+    const double *q = vehicle->next.quaternion;
+
+    if (!vehicle->attitude_ns || now_ns > vehicle->attitude_ns + ALONE_AFTER_NS)
+        return 0;
+    return 1 - 2 * (q[1] * q[1] + q[2] * q[2]);
+}
+
+/* Two sensors: the lower height counts. */
+static void take_height(struct mavlink_vehicle *vehicle, double altitude_m, uint32_t boot_ms, uint64_t now_ns)
+{
+    if (vehicle->conf.told_below)
+        return;
+
+    const uint64_t t_ns = sensed(vehicle, boot_ms, now_ns);
+    const bool more = vehicle->next.has & MAVLINK_POSE_ALTITUDE && altitude_m >= vehicle->next.altitude_m;
+
+    if (!t_ns || more)
+        return;
+    vehicle->next.altitude_m = altitude_m;
+    add_part(vehicle, MAVLINK_POSE_ALTITUDE, t_ns);
+}
+
+/* At its limits a sensor has no echo, whatever it says. The range is along the vehicle's own axis. */
+static void take_distance(struct mavlink_vehicle *vehicle, const struct mavlink_frame *frame, uint64_t now_ns)
+{
+    struct mavlink_distance_sensor m;
+
+    const double cosine = upright(vehicle, now_ns);
+
+    mavlink_unpack(frame->message, frame->payload, &m);
+    if (cosine >= LEAST_UPRIGHT && m.orientation == MAVLINK_ORIENTATION_DOWN &&
+        m.signal_quality != MAVLINK_QUALITY_INVALID && m.current_distance > m.min_distance &&
+        m.current_distance < m.max_distance)
+        take_height(vehicle, m.current_distance * 1e-2 * cosine, m.time_boot_ms, now_ns);
+}
+
+static void take_clearance(struct mavlink_vehicle *vehicle, const struct mavlink_frame *frame, uint64_t now_ns)
+{
+    struct mavlink_altitude_message m;
+
+    mavlink_unpack(frame->message, frame->payload, &m);
+    if (m.bottom_clearance > 0 && m.bottom_clearance <= DEPTH_MAX_M)
+        take_height(vehicle, m.bottom_clearance, (uint32_t)(m.time_usec / 1000), now_ns);
 }
 
 static void take_altitude(struct mavlink_vehicle *vehicle, const struct mavlink_frame *frame, uint64_t now_ns)
@@ -315,6 +364,12 @@ bool mavlink_vehicle_take(struct mavlink_vehicle *vehicle, const struct mavlink_
     case MAVLINK_GLOBAL_POSITION_INT:
     case MAVLINK_AHRS2:
         take_altitude(vehicle, frame, now_ns);
+        break;
+    case MAVLINK_DISTANCE_SENSOR:
+        take_distance(vehicle, frame, now_ns);
+        break;
+    case MAVLINK_ALTITUDE:
+        take_clearance(vehicle, frame, now_ns);
         break;
     case MAVLINK_EKF_STATUS_REPORT:
     case MAVLINK_ESTIMATOR_STATUS:

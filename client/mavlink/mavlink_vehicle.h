@@ -20,6 +20,7 @@ enum mavlink_pose_part {
     MAVLINK_POSE_POSITION = 2,
     MAVLINK_POSE_VELOCITY = 4,
     MAVLINK_POSE_DEPTH = 8,
+    MAVLINK_POSE_ALTITUDE = 16,
 };
 
 struct mavlink_pose {
@@ -29,6 +30,7 @@ struct mavlink_pose {
     double position_m[3]; /* NED */
     double velocity_mps[3];
     double depth_m;
+    double altitude_m; /* above the bottom */
 };
 
 struct mavlink_vehicle_conf {
@@ -36,6 +38,7 @@ struct mavlink_vehicle_conf {
     int barometer;        /* whose depth to take: 1, 2, 3; MAVLINK_BAROMETER_ANY: find out */
     double surface_hpa;   /* pressure at the surface; 0: the first reading's, if air has it */
     double density_kgpm3; /* of the water */
+    bool told_below;      /* the autopilot is sent ranges downward: what it says of the bottom may be those */
 };
 
 struct mavlink_vehicle {
@@ -77,7 +80,8 @@ bool mavlink_vehicle_present(struct mavlink_vehicle *vehicle, uint64_t now_ns);
  * a second. Without attitude the other parts go out alone, after half a second. Positions and velocities that the
  * autopilot's estimator does not confirm are left out, and everything while its clock is doubtful. A depth by pressure
  * is left out while positions come, while it is not known which barometer is in the water, and while the surface is not
- * known.
+ * known. A range to the bottom is left out without an attitude, while the vehicle is tilted by more than 45 degrees,
+ * and where the sensor says that it is none.
  */
 bool mavlink_vehicle_pose(struct mavlink_vehicle *vehicle, uint64_t now_ns, struct mavlink_pose *out);
 

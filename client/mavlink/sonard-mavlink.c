@@ -140,7 +140,8 @@ static bool parse_conf(const struct arguments *arguments, struct mavlink_bridge_
                                               .distance_m = number(given, "distance", 0),
                                               .downward = json_string_value(json_object_get(given, "downward"))},
                                      .vehicle = {.system_id = (uint8_t)number(given, "system-id", 0),
-                                                 .density_kgpm3 = number(given, "density", DEFAULT_DENSITY)},
+                                                 .density_kgpm3 = number(given, "density", DEFAULT_DENSITY),
+                                                 .told_below = json_object_get(given, "downward") != NULL},
                                      .component_id = (uint8_t)number(given, "component-id", DEFAULT_COMPONENT),
                                      .signing = key_file ? signing : NULL};
     conf->vehicle.barometer = (int)number(given, "barometer", MAVLINK_BAROMETER_ANY);

@@ -147,13 +147,13 @@ class SigningAutopilot(UdpAutopilot):
 
 
 class SendingAutopilot(UdpAutopilot):
-    """Knows where the bridge listens; a position and a report of its estimator go with its attitudes where it has them."""
+    """Knows where the bridge listens; a position, a report of its estimator and an altimeter's range go with its attitudes where it has them."""
 
     def __init__(self):
         super().__init__()
         self.peer = ("127.0.0.1", free_port())
         self.link = "udpin:%d" % self.peer[1]
-        self.flags, self.places = None, False
+        self.flags, self.places, self.below_cm = None, False, None
 
     def send(self, message_id, payload):
         super().send(message_id, payload)
@@ -161,6 +161,8 @@ class SendingAutopilot(UdpAutopilot):
             super().send(EKF_STATUS_REPORT, struct.pack("<5fH", 0, 0, 0, 0, 0, self.flags))
         if message_id == ATTITUDE and self.places:
             super().send(LOCAL_POSITION_NED, struct.pack("<I6f", self.boot_ms(), 1, 2, 3, 0.01, 0, 0))
+        if message_id == ATTITUDE and self.below_cm is not None:
+            super().send(DISTANCE_SENSOR, struct.pack("<I3H4B", self.boot_ms(), 20, 5000, self.below_cm, 1, 0, 25, 0))
 
 
 class SerialAutopilot(Autopilot):
@@ -554,6 +556,9 @@ def unaided(bench, autopilot):
     until(lambda: "sonard: position not measured, not used" in autopilot.texts(), "the text: %s" % autopilot.texts())
     autopilot.flags = 0x2F
     until(lambda: {"position", "velocity"} <= set(has()), "the position again")
+    autopilot.below_cm = 250  # an altimeter's range, as the autopilot passes it on
+    until(lambda: "altitude" in has(), "the altitude")
+    check(2 < client.call("status")["pose"]["altitude_m"] <= 2.5, "status: %s" % client.call("status")["pose"])
 
 
 def downward(bench, autopilot):
