@@ -237,7 +237,8 @@ void conf_rules_check(const struct conf *conf, const struct conf_source *source,
     rule(&r, (struct place){"depth", "turnaround", 0}, (struct place){"depth", "timeout", 0},
          conf->depth.turnaround_s >= conf->depth.timeout_s, "turnaround not shorter than timeout");
     rule(&r, (struct place){"nmea", "use", 0}, (struct place){"depth", "source", 0},
-         !conf->nmea.port[0] || conf->nmea.use == CONF_NMEA_HEADING || !conf->depth.source[0],
+         !conf->nmea.port[0] || conf->nmea.use == CONF_NMEA_HEADING || conf->nmea.use == CONF_NMEA_ALTITUDE ||
+             !conf->depth.source[0],
          "depth from one of them");
     if (checks && checks->whole && faults->n == 0)
         check_whole(&r, checks);

@@ -538,12 +538,12 @@ const struct conf_key conf_keys[] = {
      .standard = "none", .instead = "none", CONF(nmea.port),
      .help = "Where the sensor is connected; see port of [sonar]. udp:192.168.2.9:10110:listen takes what\n"
              "192.168.2.9 sends to port 10110; tcp:192.168.2.9:10110 connects there. none: no sensor."},
-    {"nmea", "use", WORDS("heading", "depth", "both"), .standard = "heading", CONF(nmea.use),
+    {"nmea", "use", WORDS("heading", "depth", "both", "altitude"), .standard = "heading", CONF(nmea.use),
      .help =
          "heading: use HDT, THS, HDG and HDM as the heading while no client sends an attitude; the vehicle\n"
-         "counts as level. depth: use DPT and DBT as the vehicle's own depth, as depth sensors send it. Leave\n"
-         "depth out for an echosounder: it sends the same sentences for the water below, and is a sonar\n"
-         "(device = nmea0183)."},
+         "counts as level. depth: use DPT and DBT as the vehicle's own depth, as depth sensors send it.\n"
+         "altitude: use them as the height above the bottom, as an echosounder sends it that looks down; nothing\n"
+         "below is free then. An echosounder may as well be a sonar (device = nmea0183)."},
     {"nmea", "variation", QUANTITY(1, "deg", -180, 180), .standard = "none", .instead = "none",
      .instead_value = CONF_NO_VARIATION, CONF(nmea.variation_rad),
      .help = "Magnetic variation, east positive, for headings sent without one. none: such headings are not\n"

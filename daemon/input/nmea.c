@@ -67,26 +67,46 @@ static void tell_unused(struct nmea *nmea)
         log_line(LOG_WARNING, "nmea_unused", "nmea: %s: %s", nmea->conf.port, text.text);
 }
 
+/* False: it is not used, as the log or the attitudes of a client have it. 0 below is what an echosounder without a
+ * bottom sends. */
+static bool use(struct nmea *nmea, const struct nmea_value *value, double heading_rad)
+{
+    if (value->has != NMEA_DEPTH)
+        return pose_input_heading(nmea->input, nmea->t_ns, heading_rad);
+    if (nmea->conf.use != CONF_NMEA_ALTITUDE)
+        return pose_input_depth(nmea->input, nmea->t_ns, value->depth_m);
+    return value->below_m > 0 && pose_input_altitude(nmea->input, nmea->t_ns, value->below_m);
+}
+
+static bool is_wanted(const struct nmea *nmea, bool depth)
+{
+    static const struct {
+        bool heading, depth;
+    } wanted[] = {[CONF_NMEA_HEADING] = {true, false},
+                  [CONF_NMEA_DEPTH] = {false, true},
+                  [CONF_NMEA_BOTH] = {true, true},
+                  [CONF_NMEA_ALTITUDE] = {false, true}};
+    return depth ? wanted[nmea->conf.use].depth : wanted[nmea->conf.use].heading;
+}
+
 static void take_value(struct nmea *nmea, const struct nmea_value *value)
 {
-    const uint64_t now = nmea->t_ns;
     const bool depth = value->has == NMEA_DEPTH;
     double heading_rad = 0;
     if (value->has == NMEA_NO_DEPTH)
         return;
-    if (nmea->conf.use == (depth ? CONF_NMEA_HEADING : CONF_NMEA_DEPTH)) {
+    if (!is_wanted(nmea, depth)) {
         nmea->status.excluded++;
         return;
     }
     if (!depth && !true_heading(nmea, value, &heading_rad))
         return;
     /* A heading that gives way to the attitudes of a client is as good as used. */
-    nmea->since_ns = now;
+    nmea->since_ns = nmea->t_ns;
     nmea->before = came(nmea);
     nmea->unused_told = false;
-    if (depth ? pose_input_depth(nmea->input, now, value->depth_m)
-              : pose_input_heading(nmea->input, now, heading_rad))
-        nmea->status.t_value_ns = now;
+    if (use(nmea, value, heading_rad))
+        nmea->status.t_value_ns = nmea->t_ns;
 }
 
 static void count_garbage(const void *owner, struct garbage_count *now)

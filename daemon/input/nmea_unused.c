@@ -17,8 +17,9 @@ void nmea_unused_text(const struct nmea_came *before, const struct nmea_came *no
     } reason[] = {
         {no_checksum, "without checksum (set checksum = optional)"},
         {SINCE(counts.bad_checksum) - no_checksum, "with a wrong checksum (check baud rate and wiring)"},
-        {SINCE(excluded), use == CONF_NMEA_DEPTH ? "with a heading (left out by use = depth)"
-                                                 : "with a depth (left out by use = heading)"},
+        {SINCE(excluded), use == CONF_NMEA_DEPTH      ? "with a heading (left out by use = depth)"
+                          : use == CONF_NMEA_ALTITUDE ? "with a heading (left out by use = altitude)"
+                                                      : "with a depth (left out by use = heading)"},
         {SINCE(no_variation), "with a magnetic heading (set variation)"},
         {SINCE(counts.not_available), "with empty fields or marked as not valid"},
         {SINCE(counts.bad_sentence), "with senseless values"},

@@ -14,7 +14,9 @@ static void record_pose(struct pose_input *in, const struct pose *p)
     int n;
     if (!in->record)
         return;
-    if (p->has & POSE_DEPTH)
+    if (p->has & POSE_ALTITUDE)
+        n = snprintf(text, sizeof text, "{\"t_unix\":%.17g,\"altitude_m\":%.17g}", t_unix, p->altitude_m);
+    else if (p->has & POSE_DEPTH)
         n = snprintf(text, sizeof text, "{\"t_unix\":%.17g,\"depth_m\":%.17g}", t_unix, p->position_m[2]);
     else
         n = snprintf(text, sizeof text, "{\"t_unix\":%.17g,\"quaternion\":[%.17g,%.17g,%.17g,%.17g]}", t_unix,
@@ -41,6 +43,15 @@ bool pose_input_depth(struct pose_input *in, uint64_t t_ns, double depth_m)
     p.has = POSE_DEPTH;
     p.position_m[2] = depth_m;
     return take_pose(in, "the depth sensor", &p);
+}
+
+bool pose_input_altitude(struct pose_input *in, uint64_t t_ns, double altitude_m)
+{
+    struct pose p = pose_identity;
+    p.t_ns = t_ns;
+    p.has = POSE_ALTITUDE;
+    p.altitude_m = altitude_m;
+    return take_pose(in, "the NMEA source", &p);
 }
 
 bool pose_input_heading(struct pose_input *in, uint64_t t_ns, double heading_rad)

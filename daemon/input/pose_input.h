@@ -28,6 +28,9 @@ struct pose_input {
 /** pose_input_depth - the vehicle's reference point is depth_m below the surface at t_ns. False: refused by the log. */
 bool pose_input_depth(struct pose_input *in, uint64_t t_ns, double depth_m);
 
+/** pose_input_altitude - the bottom is altitude_m, > 0, below the vehicle at t_ns. False: refused by the log. */
+bool pose_input_altitude(struct pose_input *in, uint64_t t_ns, double altitude_m);
+
 /**
  * pose_input_heading - true heading at t_ns. It stands for an attitude of no roll and no pitch, so it is used only
  * while no client gives a whole attitude (none for max_age), whose yaw is as good and whose roll and pitch are real.

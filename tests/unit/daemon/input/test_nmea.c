@@ -135,6 +135,20 @@ TEST(only_what_is_wanted_is_used)
     }
 }
 
+/* As it was measured, without any offset; 0 is no bottom. */
+TEST(an_echosounder_may_tell_the_altitude)
+{
+    struct pose pose;
+    begin(CONF_NMEA_ALTITUDE, NAN);
+    hear("$HEHDT,90.0,T");
+    CHECK_INT(hear("$SDDPT,5.5,0.5").has, 0); /* alone it is no pose */
+    hear("$SDDPT,0.0,0.5");
+    CHECK(pose_log_newest(&poses, &pose));
+    CHECK_INT(pose.has, POSE_ALTITUDE);
+    CHECK_NEAR(pose.altitude_m, 5.5, 0, 1e-12);
+    end();
+}
+
 TEST(a_clients_attitude_is_worth_more_than_a_heading)
 {
     begin(CONF_NMEA_BOTH, NAN);
@@ -173,6 +187,7 @@ int main(void)
 {
     RUN(headings_are_true_ones);
     RUN(only_what_is_wanted_is_used);
+    RUN(an_echosounder_may_tell_the_altitude);
     RUN(a_clients_attitude_is_worth_more_than_a_heading);
     RUN(nothing_that_waited_is_used_however_much_it_is);
     return test_end();
