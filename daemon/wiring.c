@@ -219,6 +219,7 @@ void wiring_pipeline(const struct conf *conf, const struct plan *plan, bool pati
     for (int i = 0; i < conf->n_sonars; i++) {
         const struct device_ops *ops = device_find(conf->sonar[i].device);
         uint32_t samples = ops->max_beams * ops->max_bins;
+        out->beams[i] = ops->max_beams;
         out->max_beams = ops->max_beams > out->max_beams ? ops->max_beams : out->max_beams;
         out->max_bins = ops->max_bins > out->max_bins ? ops->max_bins : out->max_bins;
         out->max_samples = samples > out->max_samples ? samples : out->max_samples;

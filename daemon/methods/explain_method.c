@@ -8,7 +8,7 @@
 
 #include "grid/answer/scope.h"
 #include "grid/sphere/view.h"
-#include "grid/water/store.h"
+#include "grid/water/ask.h"
 #include "daemon/request_job.h"
 #include "grid_methods.h"
 #include "methods.h"
@@ -70,11 +70,13 @@ struct scene {
     json_int_t says[SAYINGS];
     uint32_t n_sayings;
     struct saying saying[PROTOCOL_EXPLAIN_MAX];
-    /* records of free water */
-    bool recorded, all_asked; /* they are asked; and have been */
+    /* records of free water: the loop's, also while the owner looks at the rest */
+    bool recorded; /* they are asked */
+    struct ask_question question;
+    struct records_reading reading;
     struct water_view view[ASK_RECORDS];
     struct ask ask;
-    /* behind it: room for a copy of the records */
+    uint64_t oldest_record_ns; /* that the answer rests on; 0: none */
 };
 
 static void write_age(struct json_out *out, const char *name, const struct scene *s, uint64_t t_ns)
@@ -362,20 +364,27 @@ static void write_pings(struct json_out *out, const struct scene *s)
 
 /* ---- in parts ---- */
 
-/* The answer, and none of its directions yet. */
-static void begin_directions(struct scene *s)
+/* Which directions the question is about, as the grid is turned and the vehicle placed now. */
+static void locate(struct scene *s)
 {
     struct picture *picture = grid_picture(s->grid);
     struct sight_place place;
     picture_get_frame(picture, &s->frame);
-    sight_locate(grid_picture(s->grid), &s->frame, &s->limits, &s->now, &place);
-    answer_direction(picture, &s->limits, &s->now, &s->query, &s->answer);
+    sight_locate(picture, &s->frame, &s->limits, &s->now, &place);
     scope_begin(&s->scope, picture->rings, &(struct scope_view){&s->frame, &s->now, &place}, &s->query);
     s->opening_rad =
         s->query.half_angle_rad + rings_reach(picture->rings) + s->scope.turned_rad + place.adrift_rad;
-    s->visit = rings_visit(picture->rings, s->scope.axis, fmin(s->scope.around_rad + s->relaxed_rad, GEO_PI));
     memcpy(s->axis, s->scope.axis, sizeof s->axis);
     sight_from_grid(&s->frame, &s->now, true, s->axis);
+}
+
+/* The answer, and none of its directions yet. */
+static void begin_directions(struct scene *s)
+{
+    struct picture *picture = grid_picture(s->grid);
+    locate(s);
+    answer_direction(picture, &s->limits, &s->now, &s->query, &s->answer);
+    s->visit = rings_visit(picture->rings, s->scope.axis, fmin(s->scope.around_rad + s->relaxed_rad, GEO_PI));
     s->directions = s->never = s->cells = s->n_found = s->all_gone = 0;
     s->oldest = s->shortest = (struct free_interval){0};
     take_gone(s);
@@ -401,35 +410,7 @@ static bool axes_turned(const struct scene *s)
     return frame.axes_rad != s->frame.axes_rad;
 }
 
-/* The records as they are now: later ones do not change what is asked of them in parts. */
-static void begin_records(struct scene *s, const struct store *water)
-{
-    struct ask_question question = {.half_rad = s->query.half_angle_rad + s->scope.turned_rad,
-                                    .near_m = s->query.near_m,
-                                    .to_m = fmin(s->query.distance_m, RECORDS_TO_M)};
-    const struct store_now now = {.now_ns = s->now.now_ns,
-                                  .pose = &s->now.pose,
-                                  .clear_for_s = s->limits.clear_for_s,
-                                  .move_limit_m = s->limits.move_limit_m,
-                                  .lost = s->now.lost};
-    enum answer_reason reason;
-    s->recorded = s->query.half_angle_rad <= RECORDS_HALF_RAD && question.to_m > question.near_m &&
-                  sight_possible(&s->frame, &s->now, s->query.ned, &reason);
-    s->all_asked = !s->recorded;
-    if (!s->recorded)
-        return;
-    memcpy(question.axis, s->axis, sizeof question.axis);
-    const struct store *copy = store_copy(s + 1, water);
-    ask_begin(&s->ask, s->view, store_view(copy, &now, s->view), &question);
-}
-
-static void ask_on(struct scene *s)
-{
-    s->all_asked = !ask_step(&s->ask);
-}
-
-/* The next directions; when there are none left, the next tiles, and then the next beams. Older beams are forgotten
- * while it goes on. */
+/* The next directions; when there are none left, the next beams. Older beams are forgotten while it goes on. */
 static void look_on(struct scene *s, const struct witnesses *witnesses)
 {
     if (!s->all_visited && axes_turned(s))
@@ -440,13 +421,7 @@ static void look_on(struct scene *s, const struct witnesses *witnesses)
             return;
         take_direction(s);
     }
-    if (!s->all_visited)
-        return;
-    if (!s->all_asked) {
-        ask_on(s);
-        return;
-    }
-    for (int i = 0; i < BEAMS_PER_PART && !s->all_heard; i++) {
+    for (int i = 0; s->all_visited && i < BEAMS_PER_PART && !s->all_heard; i++) {
         const struct witness *w = witness_look(witnesses, witnesses->taken - s->beams_taken + s->beams);
         s->all_heard = !w;
         if (w) {
@@ -462,19 +437,59 @@ static void look_first(struct scene *s, const struct pipeline_owned *owned)
     s->started = true;
     s->beams_taken = owned->witnesses->taken;
     begin_directions(s);
-    begin_records(s, owned->water);
 }
 
 /* A part of it, by the grid's owner. */
 static void look_at_grid(void *ctx, const struct pipeline_owned *owned)
 {
     struct scene *s = ctx;
-    if (!s->started) {
-        look_first(s, owned);
-        if (s->query.half_angle_rad > RECORDS_HALF_RAD) /* of a wide cone that was long */
-            return;
-    }
-    look_on(s, owned->witnesses);
+    if (!s->started)
+        look_first(s, owned); /* of a wide cone that was long */
+    else
+        look_on(s, owned->witnesses);
+}
+
+/* ---- records of free water ---- */
+
+/* The list that is open, from the first tile on. */
+static void begin_ask(struct scene *s)
+{
+    const struct store_now now = {.now_ns = s->now.now_ns,
+                                  .pose = &s->now.pose,
+                                  .clear_for_s = s->limits.clear_for_s,
+                                  .move_limit_m = s->limits.move_limit_m,
+                                  .lost = s->now.lost};
+    ask_begin(&s->ask, s->view, records_view(pipeline_records(s->d->pipeline), &s->reading, &now, s->view),
+              &s->question);
+}
+
+static void begin_records(struct scene *s)
+{
+    enum answer_reason reason;
+    locate(s);
+    s->question = (struct ask_question){.half_rad = s->query.half_angle_rad + s->scope.turned_rad,
+                                        .near_m = s->query.near_m,
+                                        .to_m = fmin(s->query.distance_m, RECORDS_TO_M)};
+    memcpy(s->question.axis, s->axis, sizeof s->question.axis);
+    s->recorded = s->query.half_angle_rad <= RECORDS_HALF_RAD && s->question.to_m > s->question.near_m &&
+                  sight_possible(&s->frame, &s->now, s->query.ned, &reason);
+    if (!s->recorded)
+        return;
+    records_open(pipeline_records(s->d->pipeline), &s->reading);
+    begin_ask(s);
+}
+
+/* The next tiles; false: there are none left. */
+static bool ask_on(struct scene *s)
+{
+    struct records *records = pipeline_records(s->d->pipeline);
+    if (!records_keeps(records, &s->reading))
+        begin_ask(s);
+    if (ask_step(&s->ask))
+        return true;
+    s->oldest_record_ns = ask_end(&s->ask).oldest >= 0 ? s->view[ask_end(&s->ask).oldest].record->t_ns : 0;
+    records_close(records, &s->reading);
+    return false;
 }
 
 static void write_records(struct json_out *out, const struct scene *s)
@@ -485,10 +500,10 @@ static void write_records(struct json_out *out, const struct scene *s)
     }
     const struct ask_answer water = ask_end(&s->ask);
     json_member_open(out, "water", '{');
-    json_member_metres(out, "free_from_m", s->ask.question.near_m);
+    json_member_metres(out, "free_from_m", s->question.near_m);
     json_member_metres(out, "free_to_m", water.free_to_m);
     json_member_count(out, "records", (uint64_t)water.records);
-    write_age(out, "oldest_age_s", s, water.oldest >= 0 ? s->view[water.oldest].record->t_ns : 0);
+    write_age(out, "oldest_age_s", s, s->oldest_record_ns);
     json_out_close(out, '}');
 }
 
@@ -506,13 +521,11 @@ static struct scene *begin_scene(struct methods_env *d, json_t *params, struct r
     struct grid *grid = grid_asked(d, params, error);
     if (!grid)
         return NULL;
-    const bool narrow = geo_rad(params_number(params, "half_angle_deg")) <= RECORDS_HALF_RAD;
-    struct scene *s = malloc(sizeof *s + (narrow ? store_bytes() : 0)); /* records are copied whole */
+    struct scene *s = calloc(1, sizeof *s);
     if (!s) {
         rpc_refuse(error, RPC_INTERNAL_ERROR, "no memory to explain anything");
         return NULL;
     }
-    memset(s, 0, sizeof *s);
     s->d = d;
     s->grid = grid;
     s->limits = grid_limits(grid);
@@ -549,11 +562,27 @@ static bool write_scene(const struct rpc_call *call, struct json_out *out, struc
     return true;
 }
 
+/* Records first: their list is that of the moment of the question, and is not open for long. */
+static bool ask_records(const struct rpc_call *call, struct json_out *out, struct rpc_error *error)
+{
+    struct scene *s = call->work->state;
+    return s->recorded && ask_on(s) ? rpc_continue(call, ask_records) : write_scene(call, out, error);
+}
+
+/* The owner may still be looking. */
+static void drop_scene(void *state)
+{
+    struct scene *s = state;
+    records_close(pipeline_records(s->d->pipeline), &s->reading);
+    request_job_free(s);
+}
+
 bool method_explain(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
 {
     struct scene *s = begin_scene(call->daemon, params, error);
     if (!s)
         return false;
-    rpc_work_keep(call->work, s, request_job_free);
-    return write_scene(call, out, error);
+    rpc_work_keep(call->work, s, drop_scene);
+    begin_records(s);
+    return ask_records(call, out, error);
 }

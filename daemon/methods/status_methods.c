@@ -303,6 +303,7 @@ static void write_pipeline(struct json_out *out, const struct methods_env *d, co
     json_member_count(out, "pings", s->submitted);
     json_member_count(out, "waiting", s->waiting);
     json_member_count(out, "dropped", dropped);
+    json_member_count(out, "records_left_out", s->records_left_out);
     write_latency(out, pipeline_latency(d->pipeline, PIPELINE_WHOLE));
     json_out_close(out, '}');
 }

@@ -37,7 +37,7 @@ static void follow_in_grids(void *ctx, const struct pipeline_owned *owned)
     (void)owned;
     for (int i = 0; i < p->n_grids; i++)
         grid_follow(p->grid[i], &p->follow.pose);
-    store_follow(p->water, &p->follow.pose);
+    records_follow(p->records, &p->follow.pose);
 }
 
 static void done(void *ctx)

@@ -16,6 +16,7 @@
 #define NONE UINT32_MAX
 
 _Static_assert(PIPELINE_MAX_SENSORS <= BEARINGS_SENSORS, "bearings tell all sensors apart");
+_Static_assert(PIPELINE_MAX_SENSORS == STORE_SENSORS, "each has records of its own");
 
 /* ---- stages ---- */
 
@@ -50,7 +51,7 @@ static void run_maps(struct pipeline *p, struct echoes *e)
     if (p->map)
         enter_map(p, e);
     witness_take(&p->witnesses, e, &p->conf.mount[e->sensor]);
-    store_enter(p->water, e, &p->conf.mount[e->sensor]);
+    records_enter(p->records, e, &p->conf.mount[e->sensor]);
     const uint64_t ended_ns = now_of(p);
     measure_stage(p, PIPELINE_MAPS, started_ns, ended_ns);
     if (!p->conf.patient)
@@ -341,6 +342,7 @@ void pipeline_submit(struct pipeline *p, struct ping *ping)
 {
     ping->flags = take_lost_turn(&p->pings, ping->sensor, ping->flags);
     follow_ping(p, ping);
+    records_tell(p->records);
     atomic_fetch_add_explicit(&p->submitted, 1, memory_order_relaxed);
     if (p->conf.threads == 0) {
         run_both(p, ping);
@@ -365,6 +367,11 @@ void pipeline_take_background(void *background_job, const struct pipeline_owned 
     (void)owned;
     e->call.pipeline->background[e->sensor] = e->background;
     e->done = true;
+}
+
+struct records *pipeline_records(struct pipeline *p)
+{
+    return p->records;
 }
 
 struct image *pipeline_image(struct pipeline *p, int sensor)
@@ -428,6 +435,7 @@ void pipeline_stats(struct pipeline *p, struct pipeline_stats *out)
         out->law_doubt[i] = (enum law_doubt)atomic_load_explicit(&p->law_doubt[i], memory_order_relaxed);
     for (int i = 0; i < PIPELINE_MAX_SENSORS; i++)
         out->hearing[i] = (enum hearing_doubt)atomic_load_explicit(&p->hearing[i], memory_order_relaxed);
+    out->records_left_out = atomic_load_explicit(&p->records->left_out, memory_order_relaxed);
     for (int i = 0; i < PIPELINE_MAX_SENSORS; i++)
         snapshot_read(&p->cleanup_state[i], &out->cleanup[i]);
     for (int i = 0; i < PIPELINE_MAX_SENSORS; i++)
@@ -482,11 +490,26 @@ static bool make_witnesses(struct pipeline *p)
     return memory != NULL;
 }
 
-static bool make_water(struct pipeline *p)
+/* Pings wait before each of the threads. */
+static struct store_conf store_conf_of(const struct pipeline_conf *c)
 {
-    void *memory = own(p, store_bytes());
+    struct store_conf store = {.spare = records_spare(c->threads, c->queue + PIPELINE_SPARE)};
+    memcpy(store.beams, c->beams, sizeof c->beams);
+    return store;
+}
+
+size_t pipeline_records_bytes(const struct pipeline_conf *conf)
+{
+    const struct store_conf store = store_conf_of(conf);
+    return records_bytes(&store);
+}
+
+static bool make_records(struct pipeline *p)
+{
+    const struct store_conf store = store_conf_of(&p->conf);
+    void *memory = own(p, records_bytes(&store));
     if (memory)
-        p->water = store_init(memory);
+        p->records = records_init(memory, &store);
     return memory != NULL;
 }
 
@@ -578,7 +601,7 @@ struct pipeline *pipeline_new(const struct pipeline_conf *conf, struct fault *fa
         ring_init(&queues[i]->idle, conf->queue + PIPELINE_SPARE, 0);
         sem_init(&queues[i]->news, 0, 0);
     }
-    if (!owner_jobs_start(p) || !make_buffers(p) || !make_witnesses(p) || !make_water(p) ||
+    if (!owner_jobs_start(p) || !make_buffers(p) || !make_witnesses(p) || !make_records(p) ||
         !make_stages(p, fault)) {
         pipeline_free(p);
         return NULL;

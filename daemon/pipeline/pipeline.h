@@ -23,9 +23,9 @@
 #include "grid/range/marks.h"
 #include "grid/range/own_echo.h"
 #include "grid/voxel/voxmask.h"
-#include "grid/water/store.h"
 #include "grid.h"
 #include "image.h"
+#include "records.h"
 #include "core/latency.h"
 #include "core/ring.h"
 
@@ -36,12 +36,13 @@
 #define PIPELINE_QUEUE_MAX   (RING_MAX - PIPELINE_SPARE)
 
 struct pipeline_conf {
-    int threads;          /* 0, 1 or 2 */
-    uint32_t queue;       /* pings that may wait, [2, PIPELINE_QUEUE_MAX] */
-    bool patient;         /* wait for room instead of dropping; never read the clock, but where it is */
-    bool measured;        /* all the same: how long the stages take */
-    uint32_t max_beams;   /* room of a ping buffer */
-    uint32_t max_samples; /* bytes are twice that: samples may have 16 bits */
+    int threads;        /* 0, 1 or 2 */
+    uint32_t queue;     /* pings that may wait, [2, PIPELINE_QUEUE_MAX] */
+    bool patient;       /* wait for room instead of dropping; never read the clock, but where it is */
+    bool measured;      /* all the same: how long the stages take */
+    uint32_t max_beams; /* room of a ping buffer */
+    uint32_t beams[PIPELINE_MAX_SENSORS]; /* of each sensor's pings, at most; 0: no free water is kept of it */
+    uint32_t max_samples;                 /* bytes are twice that: samples may have 16 bits */
     uint32_t max_bins;
     int n_sensors;
     struct extract_conf extract[PIPELINE_MAX_SENSORS];
@@ -75,6 +76,7 @@ struct pipeline_stats {
     uint64_t submitted, finished;
     uint64_t dropped[PIPELINE_MAX_SENSORS]; /* by sensor */
     uint32_t waiting;
+    uint64_t records_left_out;                                /* as records.h has it */
     struct sphere_stats grid;                                 /* the main one */
     struct cleanup_state cleanup[PIPELINE_MAX_SENSORS];       /* of sensors that have one */
     struct extract_reference reference[PIPELINE_MAX_SENSORS]; /* level_db is 0 where none is known */
@@ -113,7 +115,6 @@ struct grid *pipeline_grid(struct pipeline *p, int i);
 struct pipeline_owned {
     struct pipeline_map *map; /* NULL: none is kept */
     const struct witnesses *witnesses;
-    const struct store *water;
 };
 
 /* What is done to it by that thread, between two pings. Pings wait meanwhile: some milliseconds at most. */
@@ -216,6 +217,12 @@ typedef void pipeline_map_fn(void *ctx, struct pipeline_map *map);
 
 /** owner_run_map_now - owner_run_now of the map alone. False: there is none. */
 bool owner_run_map_now(struct pipeline *p, pipeline_map_fn *fn, void *ctx);
+
+/** pipeline_records - what was found free, of all sensors, for all grids. */
+struct records *pipeline_records(struct pipeline *p);
+
+/** pipeline_records_bytes - memory that it takes. */
+size_t pipeline_records_bytes(const struct pipeline_conf *conf);
 
 /** pipeline_picture - of the main grid. */
 struct picture *pipeline_picture(struct pipeline *p);

@@ -70,7 +70,7 @@ struct pipeline {
     struct grid *grid[PIPELINE_MAX_GRIDS];
     int n_grids;
     struct witnesses witnesses;
-    struct store *water;                             /* what was found free, of all sensors, for all grids */
+    struct records *records;                         /* what was found free, of all sensors, for all grids */
     struct pipeline_map *map;                        /* NULL: not configured */
     struct marks *marks[PIPELINE_MAX_SENSORS];       /* NULL: not configured */
     struct own_echo *own_echo[PIPELINE_MAX_SENSORS]; /* with marks */
@@ -95,7 +95,7 @@ struct pipeline {
 /* What the owner owns; of the owner, and of the loop where there is no thread. */
 static inline struct pipeline_owned pipeline_owned(struct pipeline *p)
 {
-    return (struct pipeline_owned){p->map, &p->witnesses, p->water};
+    return (struct pipeline_owned){p->map, &p->witnesses};
 }
 
 /** owner_jobs_start - none yet; false: there is no descriptor. owner_jobs_close - all have ended. */

@@ -8,7 +8,7 @@
 
 #include "tiles.h"
 
-#define ASK_RECORDS 256
+#define ASK_RECORDS 512
 
 struct ask_question {
     double axis[3];  /* unit vector, NED */

@@ -5,12 +5,6 @@
 
 #include "row.h"
 
-/* Records are as many as ask_free takes, and what they need follows their size: most are a head's, or a small fan's. */
-static const struct size {
-    uint32_t columns, n;
-} sizes[] = {{40, 64}, {136, 64}, {WATER_COLUMNS, 128}};
-#define SIZES 3
-
 static size_t whole(size_t bytes)
 {
     return (bytes + 7) / 8 * 8;
@@ -22,85 +16,88 @@ static size_t room_of(uint32_t columns)
                  water_image_cells(columns, ROW_ROWS) * sizeof(struct water_cell));
 }
 
-size_t pool_bytes(void)
+static uint32_t slots_of(const struct pool_conf *conf, int sensor)
 {
-    size_t bytes = POOL_RECORDS * sizeof(struct water_record) + whole(POOL_RECORDS * sizeof(bool));
-    for (int i = 0; i < SIZES; i++)
-        bytes += sizes[i].n * room_of(sizes[i].columns);
+    return conf->columns[sensor] ? POOL_KEPT + conf->spare : 0;
+}
+
+size_t pool_bytes(const struct pool_conf *conf)
+{
+    size_t bytes = 0;
+    for (int i = 0; i < POOL_SENSORS; i++)
+        bytes += slots_of(conf, i) *
+                 (sizeof(struct water_record) + sizeof(struct pool_idle) + room_of(conf->columns[i]));
     return bytes;
 }
 
-void pool_init(struct pool *p, void *memory)
+void pool_init(struct pool *p, void *memory, const struct pool_conf *conf)
 {
+    uint32_t slots = 0;
     *p = (struct pool){.record = memory};
-    p->used = (bool *)(p->record + POOL_RECORDS);
-    p->room = (char *)p->used + whole(POOL_RECORDS * sizeof(bool));
-    pool_clear(p);
-}
-
-void pool_clear(struct pool *p)
-{
-    p->n = 0;
-    memset(p->used, 0, POOL_RECORDS * sizeof *p->used);
-}
-
-/* Where in the copy's room it is. */
-static const void *moved(const void *there, const struct pool *from, const struct pool *to)
-{
-    return to->room + ((const char *)there - from->room);
-}
-
-void pool_copy(struct pool *copy, void *memory, const struct pool *p)
-{
-    pool_init(copy, memory);
-    memcpy(memory, p->record, pool_bytes());
-    memcpy(copy->order, p->order, sizeof copy->order);
-    copy->n = p->n;
-    for (uint32_t i = 0; i < p->n; i++) {
-        struct water_image *image = &copy->record[p->order[i]].image;
-        image->tan_az = moved(image->tan_az, p, copy);
-        image->tan_el = moved(image->tan_el, p, copy);
-        image->near_m = moved(image->near_m, p, copy);
-        image->cell = moved(image->cell, p, copy);
+    for (int i = 0; i < POOL_SENSORS; i++) {
+        p->shelf[i] = (struct pool_shelf){.columns = conf->columns[i], .first = slots, .slots = slots_of(conf, i)};
+        slots += p->shelf[i].slots;
     }
+    p->idle = (struct pool_idle *)(void *)(p->record + slots);
+    char *room = (char *)(p->idle + slots);
+    for (int i = 0; i < POOL_SENSORS; i++) {
+        p->shelf[i].room = room;
+        room += p->shelf[i].slots * room_of(p->shelf[i].columns);
+    }
+    for (uint32_t i = 0; i < slots; i++)
+        p->idle[i] = (struct pool_idle){.slot = (uint16_t)i};
 }
 
-/* Columns that there is room for in slot i; *at: where it begins. */
-static uint32_t columns_of(uint32_t i, size_t *at)
+static struct pool_shelf *shelf_of(struct pool *p, uint32_t slot)
 {
-    *at = 0;
-    for (int k = 0; k + 1 < SIZES; k++) {
-        if (i < sizes[k].n) {
-            *at += i * room_of(sizes[k].columns);
-            return sizes[k].columns;
-        }
-        i -= sizes[k].n;
-        *at += sizes[k].n * room_of(sizes[k].columns);
-    }
-    *at += i * room_of(sizes[SIZES - 1].columns);
-    return sizes[SIZES - 1].columns;
+    return &p->shelf[p->record[slot].sensor];
+}
+
+static struct pool_idle *idle_at(const struct pool *p, const struct pool_shelf *shelf, uint32_t i)
+{
+    return &p->idle[shelf->first + (shelf->longest + i) % shelf->slots];
 }
 
 static void leave_out(struct pool *p, uint32_t at)
 {
-    p->used[p->order[at]] = false;
+    const uint16_t slot = p->order[at];
+    struct pool_shelf *shelf = shelf_of(p, slot);
+    *idle_at(p, shelf, shelf->slots - shelf->listed) = (struct pool_idle){p->number, slot};
+    shelf->listed--;
     p->n--;
     memmove(p->order + at, p->order + at + 1, (p->n - at) * sizeof *p->order);
 }
 
-/* The smallest that is free, or that of the oldest record. */
-static uint32_t take_slot(struct pool *p, uint32_t columns)
+void pool_clear(struct pool *p)
 {
-    size_t at;
-    for (uint32_t i = 0; i < POOL_RECORDS; i++)
-        if (!p->used[i] && columns_of(i, &at) >= columns)
-            return i;
-    uint32_t oldest = 0;
-    while (columns_of(p->order[oldest], &at) < columns)
-        oldest++;
-    const uint32_t slot = p->order[oldest];
-    leave_out(p, oldest);
-    return slot;
+    while (p->n)
+        leave_out(p, p->n - 1);
+    memset(p->gone_ns, 0, sizeof p->gone_ns);
+}
+
+/* What it had ended is known no more. */
+static void note_gone(struct pool *p, const struct water_record *record)
+{
+    uint64_t *gone_ns = &p->gone_ns[record->sensor];
+    if (record->newest_ns > *gone_ns)
+        *gone_ns = record->newest_ns;
+}
+
+static void let_go(struct pool *p, uint32_t at)
+{
+    note_gone(p, &p->record[p->order[at]]);
+    leave_out(p, at);
+}
+
+/* The one that is idle for the longest time, if nobody reads it; NULL: somebody may. */
+static const struct pool_idle *take_slot(struct pool *p, struct pool_shelf *shelf)
+{
+    if (shelf->listed == shelf->slots || idle_at(p, shelf, 0)->since > p->read_from)
+        return NULL;
+    const struct pool_idle *idle = idle_at(p, shelf, 0);
+    shelf->longest = (shelf->longest + 1) % shelf->slots;
+    shelf->listed++;
+    return idle;
 }
 
 static void *put(char **at, const void *what, size_t bytes)
@@ -114,10 +111,9 @@ static void *put(char **at, const void *what, size_t bytes)
 static void copy(struct pool *p, uint32_t slot, const struct water_record *record)
 {
     const struct water_image *from = &record->image;
+    const struct pool_shelf *shelf = &p->shelf[record->sensor];
     struct water_image *image = &p->record[slot].image;
-    size_t at;
-    columns_of(slot, &at);
-    char *room = p->room + at;
+    char *room = shelf->room + (slot - shelf->first) * room_of(shelf->columns);
     p->record[slot] = *record;
     image->tan_az = put(&room, from->tan_az, (from->columns + 1u) * sizeof(double));
     image->tan_el = put(&room, from->tan_el, (from->rows + 1u) * sizeof(double));
@@ -125,15 +121,34 @@ static void copy(struct pool *p, uint32_t slot, const struct water_record *recor
     image->cell = put(&room, from->cell, water_image_cells(from->columns, from->rows) * sizeof(struct water_cell));
 }
 
+/* The oldest record of a sensor. */
+static uint32_t oldest_of(const struct pool *p, uint32_t sensor)
+{
+    uint32_t at = 0;
+    while (p->record[p->order[at]].sensor != sensor)
+        at++;
+    return at;
+}
+
 void pool_keep(struct pool *p, const struct water_record *record)
 {
-    const uint32_t slot = take_slot(p, record->image.columns);
+    struct pool_shelf *shelf = &p->shelf[record->sensor];
+    const struct pool_idle *idle = record->image.columns > shelf->columns ? NULL : take_slot(p, shelf);
+    if (!idle) {
+        note_gone(p, record);
+        p->left_out++;
+        return;
+    }
+    const uint16_t slot = idle->slot;
+    if (shelf->listed > POOL_KEPT)
+        let_go(p, oldest_of(p, record->sensor));
+    if (p->n == POOL_RECORDS)
+        let_go(p, 0);
     uint32_t at = p->n++;
     copy(p, slot, record);
-    p->used[slot] = true;
     for (; at > 0 && p->record[p->order[at - 1]].newest_ns > record->newest_ns; at--)
         p->order[at] = p->order[at - 1];
-    p->order[at] = (uint16_t)slot;
+    p->order[at] = slot;
 }
 
 /* Where it stands in the order; n: nowhere. */

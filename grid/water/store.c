@@ -8,25 +8,45 @@
 
 _Static_assert(POOL_RECORDS <= ASK_RECORDS, "a question takes all records");
 
-size_t store_bytes(void)
+/* Columns of a row of so many beams that touch no other. */
+static uint32_t columns_of(uint32_t beams)
 {
-    return (sizeof(struct store) + 7) / 8 * 8 + pool_bytes();
+    const uint32_t columns = beams * (ROW_ENDS + 1);
+    return columns < WATER_COLUMNS ? columns : WATER_COLUMNS;
 }
 
-struct store *store_init(void *memory)
+static struct pool_conf pool_of_conf(const struct store_conf *conf)
+{
+    struct pool_conf pool = {.spare = conf->spare};
+    for (int i = 0; i < STORE_SENSORS; i++)
+        pool.columns[i] = columns_of(conf->beams[i] == 1 ? SWEEP_BEAMS : conf->beams[i]);
+    return pool;
+}
+
+static size_t pool_at_byte(void)
+{
+    return (sizeof(struct store) + 7) / 8 * 8;
+}
+
+size_t store_bytes(const struct store_conf *conf)
+{
+    const struct pool_conf pool = pool_of_conf(conf);
+    return pool_at_byte() + pool_bytes(&pool);
+}
+
+struct store *store_init(void *memory, const struct store_conf *conf)
 {
     struct store *s = memory;
+    const struct pool_conf pool = pool_of_conf(conf);
     memset(s, 0, sizeof *s);
-    pool_init(&s->pool, (char *)memory + (sizeof *s + 7) / 8 * 8);
+    pool_init(&s->pool, (char *)memory + pool_at_byte(), &pool);
     return s;
 }
 
-struct store *store_copy(void *memory, const struct store *s)
+void store_number(struct store *s, uint64_t number, uint64_t read_from)
 {
-    struct store *copy = memory;
-    *copy = *s;
-    pool_copy(&copy->pool, (char *)memory + (sizeof *s + 7) / 8 * 8, &s->pool);
-    return copy;
+    s->pool.number = number;
+    s->pool.read_from = read_from;
 }
 
 /* ---- where water lies ---- */
@@ -37,10 +57,10 @@ static void forget_all(struct store *s)
     memset(s->sensor, 0, sizeof s->sensor);
 }
 
-static double way_m(const struct store *s, const struct pose *pose)
+static double way_m(const double from_m[3], const struct pose *pose)
 {
-    const double way[3] = {pose->position_m[0] - s->at_m[0], pose->position_m[1] - s->at_m[1],
-                           pose->position_m[2] - s->at_m[2]};
+    const double way[3] = {pose->position_m[0] - from_m[0], pose->position_m[1] - from_m[1],
+                           pose->position_m[2] - from_m[2]};
     return geo_length(way);
 }
 
@@ -64,7 +84,7 @@ static void heed_jumps(struct store *s, const struct pose *pose, uint64_t t_ns)
     const unsigned has = pose->has & (POSE_POSITION | POSE_DEPTH);
     if (s->placed && t_ns < s->t_at_ns)
         return;
-    if (s->placed && (has != s->has || way_m(s, pose) > POSE_STEP_MOST_M))
+    if (s->placed && (has != s->has || way_m(s->at_m, pose) > POSE_STEP_MOST_M))
         forget_all(s);
     s->placed = true;
     s->has = has;
@@ -88,7 +108,7 @@ void store_follow(struct store *s, const struct pose *pose)
 {
     if (s->placed && s->ned && pose->has & POSE_ATTITUDE && pose->t_ns >= s->t_at_ns &&
         pose->discontinuities == s->discontinuities && pose->withdrawn == s->withdrawn &&
-        (pose->has & (POSE_POSITION | POSE_DEPTH)) == s->has && way_m(s, pose) <= POSE_STEP_MOST_M) {
+        (pose->has & (POSE_POSITION | POSE_DEPTH)) == s->has && way_m(s->at_m, pose) <= POSE_STEP_MOST_M) {
         memcpy(s->at_m, pose->position_m, sizeof s->at_m);
         s->t_at_ns = pose->t_ns;
     }
@@ -160,6 +180,16 @@ static double seconds_since(uint64_t t_ns, uint64_t now_ns)
     return now_ns > t_ns ? (double)(now_ns - t_ns) * 1e-9 : 0;
 }
 
+/* Was an echo that might have ended this record's water lost with another record? Of its own sensor's those since its
+ * newest beam would have: it holds the ones before. */
+static bool is_doubted(const struct store_list *list, const struct water_record *r)
+{
+    for (uint32_t i = 0; i < STORE_SENSORS; i++)
+        if ((i == r->sensor ? r->newest_ns : r->t_ns) < list->gone_ns[i])
+            return true;
+    return false;
+}
+
 /* By what a record's water is uncertain now: all that was so when it was seen, and what came since. */
 static struct water_view look_at(const struct store_now *now, const struct water_record *r)
 {
@@ -183,23 +213,39 @@ static struct water_view look_at(const struct store_now *now, const struct water
 }
 
 /* From where the vehicle jumped to nobody knows where anything lies. */
-static bool is_away(const struct store *s, const struct pose *pose)
+static bool is_away(const struct store_list *list, const struct pose *pose)
 {
-    return !s->placed || s->ned != ((pose->has & POSE_ATTITUDE) != 0) ||
-           pose->discontinuities != s->discontinuities || pose->withdrawn != s->withdrawn ||
-           way_m(s, pose) > POSE_STEP_MOST_M;
+    return !list->placed || list->ned != ((pose->has & POSE_ATTITUDE) != 0) ||
+           pose->discontinuities != list->discontinuities || pose->withdrawn != list->withdrawn ||
+           way_m(list->at_m, pose) > POSE_STEP_MOST_M;
 }
 
-int store_view(const struct store *s, const struct store_now *now, struct water_view *view)
+void store_list(const struct store *s, struct store_list *list)
+{
+    *list = (struct store_list){.number = s->pool.number,
+                                .discontinuities = s->discontinuities,
+                                .withdrawn = s->withdrawn,
+                                .n = s->pool.n,
+                                .ned = s->ned,
+                                .placed = s->placed};
+    memcpy(list->gone_ns, s->pool.gone_ns, sizeof list->gone_ns);
+    memcpy(list->at_m, s->at_m, sizeof list->at_m);
+    memcpy(list->order, s->pool.order, s->pool.n * sizeof *list->order);
+}
+
+int store_look(const struct store *s, const struct store_list *list, const struct store_now *now,
+               struct water_view *view)
 {
     int n = 0;
-    if (is_away(s, now->pose))
+    if (is_away(list, now->pose))
         return 0;
-    for (uint32_t i = 0; i < s->pool.n; i++) {
-        const struct water_record *r = pool_at(&s->pool, i);
+    for (uint32_t i = list->n; i-- > 0;) {
+        const struct water_record *r = &s->pool.record[list->order[i]];
         if (seconds_since(r->newest_ns, now->now_ns) > now->clear_for_s)
             break;
-        view[n++] = look_at(now, r);
+        view[n] = look_at(now, r);
+        view[n].lost = view[n].lost || is_doubted(list, r);
+        n++;
     }
     return n;
 }

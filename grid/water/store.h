@@ -2,8 +2,8 @@
 /*
  * store - the records of free water of all sonars, written as pings come in, and as a question sees them. Free water
  * lies in NED, or in the body's axes until a pose has an attitude; all is forgotten when nobody knows any more where
- * it lies: poses jump, are withdrawn, or have no attitude while the vehicle may turn. Fixed memory, 3 MiB at most; one
- * thread owns it.
+ * it lies: poses jump, are withdrawn, or have no attitude while the vehicle may turn. Fixed memory; one thread owns it,
+ * and publishes lists of its records, which others read where they lie (pool.h).
  *
  * A ping of several beams is a row of columns for each elevation that it has, up to STORE_ROWS of them; of such whose
  * neighbours say the same only some are kept. A head's ping is the end of a row of its last beams (sweep.h).
@@ -16,7 +16,7 @@
 #include "pool.h"
 #include "sweep.h"
 
-#define STORE_SENSORS 8 /* pings of others are left out */
+#define STORE_SENSORS POOL_SENSORS /* pings of others are left out */
 #define STORE_ROWS    4
 
 struct store_sensor {
@@ -36,6 +36,24 @@ struct store {
     struct row_room room;
 };
 
+struct store_conf {
+    uint32_t beams[STORE_SENSORS]; /* of a ping of each sensor, at most; 0: there is none */
+    uint32_t spare;                /* of struct pool_conf */
+};
+
+/* What a question has to know of the store besides the records themselves, as it was at one time. All zeros:
+ * nothing. */
+struct store_list {
+    uint64_t number; /* of the list */
+    uint64_t gone_ns[STORE_SENSORS];
+    uint64_t discontinuities, withdrawn;
+    double at_m[3];
+    uint32_t n;
+    bool ned, placed, reserved[2];
+    uint16_t order[POOL_RECORDS];
+};
+_Static_assert(sizeof(struct store_list) % 8 == 0, "a list is whole words");
+
 /* When and where a question is asked, and what of older water still counts for it. */
 struct store_now {
     uint64_t now_ns;
@@ -46,11 +64,12 @@ struct store_now {
 };
 
 /** store_bytes - memory for store_init, which is 8-byte aligned. */
-size_t store_bytes(void);
-struct store *store_init(void *memory);
+size_t store_bytes(const struct store_conf *conf);
+struct store *store_init(void *memory, const struct store_conf *conf);
 
-/** store_copy - as store_init, with all that is in another store. */
-struct store *store_copy(void *memory, const struct store *s);
+/** store_number - what is entered from now on makes the list of this number; read_from: nobody reads one of a lower
+ * number, nor will. Without readers neither need be told. */
+void store_number(struct store *s, uint64_t number, uint64_t read_from);
 
 /** store_enter - a ping, received by a sensor at `mount`. Cost: O(beams log beams). */
 void store_enter(struct store *s, const struct echoes *e, const struct mount *mount);
@@ -58,8 +77,21 @@ void store_enter(struct store *s, const struct echoes *e, const struct mount *mo
 /** store_follow - no ping comes, and the vehicle is there: a way in small steps is no jump. */
 void store_follow(struct store *s, const struct pose *pose);
 
-/** store_view - the records as a question sees them, the newest first, into view[ASK_RECORDS]; how many. Directions are
- * in NED, or in the body's axes where the pose has no attitude. */
-int store_view(const struct store *s, const struct store_now *now, struct water_view *view);
+/** store_list - the list as it is now. */
+void store_list(const struct store *s, struct store_list *list);
+
+/** store_look - the records of a list as a question sees them, the newest first, into view[ASK_RECORDS]; how many.
+ * Directions are in NED, or in the body's axes where the pose has no attitude. Any thread, while nothing that the list
+ * names is used again. Of the store it reads the records alone. */
+int store_look(const struct store *s, const struct store_list *list, const struct store_now *now,
+               struct water_view *view);
+
+/** store_view - the same of the list as it is now. By the owner. */
+static inline int store_view(const struct store *s, const struct store_now *now, struct water_view *view)
+{
+    struct store_list list;
+    store_list(s, &list);
+    return store_look(s, &list, now, view);
+}
 
 #endif

@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# Checks the models of the ring, of the snapshot and of jobs for the owner of the grids over all interleavings, then that each deliberately broken variant
+# Checks the models of the ring, of the snapshot, of the records of free water and of jobs for the owner of the grids over all interleavings, then that each deliberately broken variant
 # is refuted: a check that cannot fail proves nothing. Prints one line per check; ends with 1 when any failed.
 # The work files are in BUILD/model; a counterexample is replayed there into NAME.trail.txt.
 set -u
@@ -67,4 +67,12 @@ check jobs broken_post refuted -DBROKEN_POST
 check jobs broken_tell refuted -DBROKEN_TELL
 check jobs broken_drop refuted -DBROKEN_DROP
 check jobs broken_call refuted -DBROKEN_CALL
+check records holds holds
+check records broken_take refuted -DBROKEN_TAKE
+check records broken_since refuted -DBROKEN_SINCE
+check records broken_tell refuted -DBROKEN_TELL
+check records broken_close refuted -DBROKEN_CLOSE
+check records broken_had refuted -DBROKEN_HAD
+check records broken_turn refuted -DBROKEN_TURN
+check records broken_place refuted -DBROKEN_PLACE
 exit $failed

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * test_pipeline - the same pings through 0, 1 and 2 threads give the same picture, bit for bit; under overload a live
+ * test_pipeline - the same pings through 0, 1 and 2 threads give the same picture and the same free water, bit for
+ * bit; under overload a live
  * pipeline drops the oldest, counts them by their sonar and goes on; readers see whole entries while it writes.
  */
 #include "tests/lib/held_owner.h"
@@ -22,6 +23,7 @@ static struct pipeline *make(int threads, bool patient, uint32_t queue)
         .queue = queue,
         .patient = patient,
         .max_beams = 1,
+        .beams = {1, 1},
         .max_samples = 1200,
         .max_bins = 1200,
         .n_sensors = 2,
@@ -74,6 +76,47 @@ static void feed(struct pipeline *p, uint64_t *seed, uint32_t n)
 {
     for (uint32_t i = 0; i < n; i++)
         send(p, seed, 0, i);
+}
+
+/* Of 1000 pings, and what is seen of their records. */
+struct water {
+    int n;
+    struct water_view view[ASK_RECORDS];
+    struct water_cell cell[ASK_RECORDS][WATER_COLUMNS];
+};
+
+static void see_water(struct pipeline *p, struct water *water)
+{
+    struct records_reading reading = {0};
+    const struct store_now now = {
+        .now_ns = 1000000000ull + 999 * 20000000ull, .pose = &pose_identity, .clear_for_s = 30, .move_limit_m = 1};
+    records_open(pipeline_records(p), &reading);
+    memset(water, 0, sizeof *water);
+    water->n = records_view(pipeline_records(p), &reading, &now, water->view);
+    for (int i = 0; i < water->n; i++) {
+        const struct water_image *image = &water->view[i].record->image;
+        memcpy(water->cell[i], image->cell, image->columns * sizeof *image->cell);
+        water->view[i].record = (const void *)(uintptr_t)water->view[i].record->seq;
+    }
+    records_close(pipeline_records(p), &reading);
+}
+
+TEST(any_number_of_threads_gives_the_same_free_water)
+{
+    static struct water want, have;
+    for (int threads = 0; threads <= 2; threads++) {
+        uint64_t seed = 7;
+        struct pipeline *p = make(threads, true, 4);
+        feed(p, &seed, 1000);
+        pipeline_drain(p);
+        see_water(p, threads ? &have : &want);
+        CHECK(want.n > 100);
+        CHECK(threads == 0 || memcmp(&want, &have, sizeof want) == 0);
+        struct pipeline_stats s;
+        pipeline_stats(p, &s);
+        CHECK_INT(s.records_left_out, 0);
+        pipeline_free(p);
+    }
 }
 
 TEST(any_number_of_threads_gives_the_same_picture)
@@ -246,6 +289,7 @@ TEST(it_ends_while_pings_wait)
 int main(void)
 {
     RUN(any_number_of_threads_gives_the_same_picture);
+    RUN(any_number_of_threads_gives_the_same_free_water);
     RUN(overload_drops_the_oldest_and_counts_them);
     RUN(what_is_dropped_counts_for_its_own_sonar);
     RUN(a_turn_is_not_lost_with_its_first_ping);

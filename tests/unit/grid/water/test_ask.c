@@ -226,6 +226,7 @@ static enum says truth(const struct sonar *s, const double at[3])
 
 /* ---- records ---- */
 
+static const struct store_conf conf = {.beams = {BEAMS}, .spare = 1};
 static struct store *store;
 static struct water_view view[ASK_RECORDS];
 static int records;
@@ -263,8 +264,8 @@ static void enter(const struct ping *p, uint32_t seq)
 static void keep_all(void)
 {
     static void *memory;
-    memory = memory ? memory : malloc(store_bytes());
-    store = store_init(memory);
+    memory = memory ? memory : malloc(store_bytes(&conf));
+    store = store_init(memory, &conf);
     for (int i = 0; i < pings; i++)
         enter(&ping[i], (uint32_t)i + 1);
 }

@@ -11,6 +11,7 @@
 #define MOST    64
 #define START_M 0.75
 
+static const struct store_conf conf = {.beams = {MOST, MOST}, .spare = 1};
 static struct store *store;
 static struct pose pose;
 static struct beam_echoes beam[MOST];
@@ -19,8 +20,8 @@ static struct echoes ping;
 static void begin(uint16_t beams, double wide_deg)
 {
     static void *memory;
-    memory = memory ? memory : malloc(store_bytes());
-    store = store_init(memory);
+    memory = memory ? memory : malloc(store_bytes(&conf));
+    store = store_init(memory, &conf);
     pose = pose_identity;
     pose.has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH;
     ping = (struct echoes){.n_beams = beams,
@@ -77,15 +78,16 @@ static const struct water_record *newest(uint32_t back)
 
 TEST(memory_is_bounded)
 {
-    CHECK(store_bytes() <= 3u << 20);
+    const struct store_conf head = {.beams = {1}, .spare = 20}, fan = {.beams = {512}, .spare = 20};
+    CHECK(store_bytes(&head) <= 3u << 19);
+    CHECK(store_bytes(&fan) <= 9u << 19);
     begin(MOST, 1);
-    for (int i = 0; i < 3 * POOL_RECORDS; i++) {
+    for (uint32_t i = 0; i < 2 * POOL_KEPT; i++) {
         pose.position_m[0] += 0.5;
         send();
-        CHECK(store->pool.n <= POOL_RECORDS);
+        CHECK_INT(store->pool.n, i < POOL_KEPT ? i + 1 : POOL_KEPT);
         CHECK_INT(newest(0)->seq, ping.seq);
     }
-    CHECK(store->pool.n >= 128);
 }
 
 TEST(the_last_beams_of_a_head_are_a_row_that_is_kept_every_sixth)
@@ -354,7 +356,7 @@ TEST(off_its_axis_a_beam_frees_no_more_than_it_detects)
         CHECK_NEAR(free_at(side * 5, 0), 7, 0, 0.13);
         CHECK(free_at(side * 13.5, 0) <= START_M);
     }
-    store_init(store);
+    store_init(store, &conf);
     beam[0].edge_from_m = 1;
     send_at(0);
     CHECK(free_at(9, 0) <= START_M && free_at(0, 9) <= START_M);
@@ -385,6 +387,47 @@ TEST(beams_at_other_elevations_are_rows_of_their_own)
     CHECK_INT(store->pool.n, 2);
     CHECK_NEAR(free_at(0, 30), 10, 0, 0.13);
     CHECK_NEAR(free_at(0, -10), 10, 0, 0.13);
+}
+
+/* Sensor 0 sees water once, ahead; sensor 1 is a fan that moves too fast to be thinned, and sees a thing there at
+ * first. */
+static void send_beside(uint32_t fans, bool shown)
+{
+    begin(9, 3);
+    send();
+    ping.sensor = 1;
+    for (uint32_t i = 0; i < fans; i++) {
+        beam[4].n = shown && i == 0;
+        beam[4].free_to_m = i == 0 ? 5 : 2;
+        ping.t_ns -= TICK - TICK / 10;
+        pose.position_m[0] = i % 2 * 0.5;
+        send();
+    }
+    pose.position_m[0] = 0;
+}
+
+static int records_of(uint32_t sensor)
+{
+    int n = 0;
+    for (uint32_t i = 0; i < store->pool.n; i++)
+        n += pool_at(&store->pool, i)->sensor == sensor;
+    return n;
+}
+
+TEST(a_sonar_pushes_no_record_of_another_out)
+{
+    send_beside(3 * POOL_KEPT, false);
+    CHECK_INT(records_of(0), 1);
+    CHECK_INT(records_of(1), POOL_KEPT);
+}
+
+/* The one that saw the thing goes when there is no room; what it ended does not become free again. */
+TEST(what_goes_for_want_of_room_brings_no_older_water_back)
+{
+    send_beside(POOL_KEPT - 1, true);
+    CHECK_NEAR(free_at(0, 0), 5, 0, 0.13);
+    send_beside(POOL_KEPT + 1, true);
+    CHECK(free_at(0, 0) <= 2.5);
 }
 
 /* A head's row stands at its newest beam: what another sonar has seen since its older ones freed the water counts. */
@@ -434,6 +477,8 @@ int main(void)
     RUN(off_its_axis_a_beam_frees_no_more_than_it_detects);
     RUN(what_is_wider_than_a_row_is_cut);
     RUN(beams_at_other_elevations_are_rows_of_their_own);
+    RUN(a_sonar_pushes_no_record_of_another_out);
+    RUN(what_goes_for_want_of_room_brings_no_older_water_back);
     RUN(what_another_sonar_saw_meanwhile_ends_older_beams_of_a_row);
     return test_end();
 }
