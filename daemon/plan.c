@@ -138,6 +138,7 @@ void plan_make(const struct conf *conf, struct plan *plan)
     for (int i = 0; i < conf->n_more_grids; i++)
         put_grid(plan, &conf->more_grid[i], i + 1);
     put_stage(plan, PLAN_CLUSTERS, 0, PLAN_IDENTICAL, "made on request");
+    put_stage(plan, PLAN_RECORDS, 0, PLAN_NONE, "what pings found free, for explain");
     put_map(plan, &conf->map);
     put_process(plan, conf);
 }
@@ -163,6 +164,7 @@ const char *plan_name(enum plan_id id)
                                                 [PLAN_MOTION] = "motion",
                                                 [PLAN_RELAXATION] = "relaxation",
                                                 [PLAN_CLUSTERS] = "clusters",
+                                                [PLAN_RECORDS] = "records",
                                                 [PLAN_MAP] = "map",
                                                 [PLAN_SAVER] = "saver",
                                                 [PLAN_ACTIVE_SENSING] = "sensing",

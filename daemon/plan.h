@@ -15,7 +15,7 @@
 #include "config/conf.h"
 
 #define PLAN_WHY_MAX    112
-#define PLAN_STAGES_MAX (CONF_MAX_SONARS * 6 + (CONF_MAX_GRIDS + 1) * 4 + 7)
+#define PLAN_STAGES_MAX (CONF_MAX_SONARS * 6 + (CONF_MAX_GRIDS + 1) * 4 + 8)
 
 enum plan_id {
     /* of every sonar */
@@ -32,6 +32,7 @@ enum plan_id {
     PLAN_MOTION,
     PLAN_RELAXATION,
     PLAN_CLUSTERS,
+    PLAN_RECORDS, /* of free water, for all grids */
     PLAN_MAP,
     PLAN_SAVER,
     PLAN_ACTIVE_SENSING,

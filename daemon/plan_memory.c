@@ -68,7 +68,14 @@ static double of_clusters(const struct conf *conf)
     return sphere_rings(&setting.sphere, &rings) ? (double)grid_looks_bytes(&rings, setting.sphere.max_cells) : -1;
 }
 
-static double of_stage(const struct plan_stage *s, const struct conf *conf)
+static double of_records(const struct plan *plan, const struct conf *conf)
+{
+    struct pipeline_conf pipeline;
+    wiring_pipeline(conf, plan, false, &pipeline);
+    return (double)pipeline_records_bytes(&pipeline);
+}
+
+static double of_stage(const struct plan *plan, const struct plan_stage *s, const struct conf *conf)
 {
     if (s->id <= PLAN_IMAGE)
         return of_sonar(s->id, conf, s->which);
@@ -76,6 +83,8 @@ static double of_stage(const struct plan_stage *s, const struct conf *conf)
         return of_grid_stage(s, conf);
     if (s->id == PLAN_CLUSTERS)
         return of_clusters(conf);
+    if (s->id == PLAN_RECORDS)
+        return of_records(plan, conf);
     return s->id == PLAN_MAP && conf->map.voxel_m > 0 ? conf->map.memory_bytes : -1;
 }
 
@@ -83,7 +92,7 @@ double plan_memory(const struct plan *plan, const struct conf *conf, double byte
 {
     double sum = 0;
     for (int k = 0; k < plan->n; k++) {
-        bytes[k] = of_stage(&plan->stage[k], conf);
+        bytes[k] = of_stage(plan, &plan->stage[k], conf);
         sum += plan->stage[k].in ? fmax(bytes[k], 0) : 0;
     }
     return sum;
