@@ -171,6 +171,23 @@ static void show_free_interval(const struct page *page, const char *which, const
             page_metres(b, page_number(interval, "free_to_m")), page_duration(c, page_number(interval, "age_s")));
 }
 
+/* What the records of pings say of the cone. */
+static void show_water(const struct page *page, const json_t *water)
+{
+    const double from_m = page_number(water, "free_from_m"), to_m = page_number(water, "free_to_m");
+    const long long records = page_count(water, "records");
+    char a[PAGE_CELL], b[PAGE_CELL], c[PAGE_CELL];
+
+    if (!json_is_object(water))
+        return;
+    if (to_m > from_m)
+        fprintf(page->out, "  records   free from %s to %s, by %lld of them, the oldest %s ago\n",
+                page_metres(a, from_m), page_metres(b, to_m), records,
+                page_duration(c, page_number(water, "oldest_age_s")));
+    else
+        fprintf(page->out, "  records   nothing is known to be free from %s on\n", page_metres(a, from_m));
+}
+
 #define MOVED_LEAST_M    0.2
 #define TURNED_LEAST_DEG 2.0
 
@@ -233,6 +250,7 @@ void show_explain(const struct page *page, const json_t *result)
             page_count(directions, "all"), page_count(directions, "never"));
     show_free_interval(page, "oldest", json_object_get(directions, "oldest"));
     show_free_interval(page, "shortest", json_object_get(directions, "shortest"));
+    show_water(page, json_object_get(result, "water"));
     show_pings(page, json_object_get(result, "pings"));
 }
 

@@ -204,6 +204,8 @@ def explain(bench):
     check(up["directions"]["oldest"] is None and not up["pings"]["newest"], "%s" % up)
     refused(client, "explain", -32602, azimuth_deg=0, distance_m=2, radius_m=1)
     for words, said in ((("explain", "0", "--distance", "12"), "in bin"), (("explain", "90", "--distance", "2"), "free"),
+                        (("explain", "0", "--distance", "8", "--half-angle", "2"), "  records   free from 4.00 m to 8.00 m, by "),
+                        (("explain", "0", "--elevation", "80", "--distance", "8"), "  records   nothing is known to be free"),
                         (("nearest",), "azimuth"), (("limit", "--velocity", "1,0,0"), "limited by"),
                         (("time_to_collision", "--velocity", "1,0,0"), "meets something"),
                         (("time_to_collision", "--velocity", "1,0,0"), "for movement since the scan"),
