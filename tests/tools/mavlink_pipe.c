@@ -2,6 +2,7 @@
 /*
  * mavlink_pipe - our MAVLink on a pipe, for tests against other implementations:
  *
+ *   mavlink_pipe list           every message of the tables: a line with its number and the names of its fields
  *   mavlink_pipe write [KEY]    every message of the tables once, as frames of system 1, component 196
  *   mavlink_pipe read [KEY]     frames from standard input: a line for each, then the counters
  *
@@ -65,6 +66,17 @@ static void fill(const struct mavlink_message *message, union content *content)
             put_element(f, k, content->bytes + f->member + k * mavlink_type_size(f->type));
 }
 
+static int list_all(void)
+{
+    for (size_t i = 0; i < mavlink_message_count; i++) {
+        printf("%u", (unsigned)mavlink_messages[i].id);
+        for (const struct mavlink_field *f = mavlink_messages[i].fields; f->name; f++)
+            printf(" %s", f->name);
+        printf("\n");
+    }
+    return fflush(stdout) == 0 ? 0 : 1;
+}
+
 static int write_all(struct mavlink_signing *signing)
 {
     struct mavlink_sender sender = {.system_id = 1, .component_id = 196, .signing = signing};
@@ -110,6 +122,8 @@ int main(int argc, char **argv)
     struct mavlink_signing signing = {.link_id = 5};
     struct timespec now;
 
+    if (argc == 2 && strcmp(argv[1], "list") == 0)
+        return list_all();
     clock_gettime(CLOCK_REALTIME, &now);
     mavlink_signing_clock(&signing, (uint64_t)now.tv_sec * 1000000u + (uint64_t)now.tv_nsec / 1000u);
     if (argc == 2 || (argc == 3 && mavlink_signing_key(&signing, argv[2]))) {
@@ -118,6 +132,6 @@ int main(int argc, char **argv)
         if (strcmp(argv[1], "read") == 0)
             return read_all(argc == 3 ? &signing : NULL);
     }
-    fprintf(stderr, "usage: mavlink_pipe write|read [KEY of 64 hexadecimal digits]\n");
+    fprintf(stderr, "usage: mavlink_pipe list, or write|read [KEY of 64 hexadecimal digits]\n");
     return 2;
 }
