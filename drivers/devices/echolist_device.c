@@ -222,7 +222,7 @@ static void on_report(struct echolist *d, const struct report *r, uint64_t now_n
 }
 
 /* A whole line is in d->line, without its end. Other talkers' sentences on the same wire, as of AIS, are passed over:
- * one with a good checksum says that the baud rate is right. */
+ * one with a good checksum says that the baud rate is right. The sum of nothing, "$*00", says nothing. */
 static void on_line(struct echolist *d, uint64_t now_ns, const struct device_io *io)
 {
     static const char name[] = "$ECHO";
@@ -230,7 +230,8 @@ static void on_line(struct echolist *d, uint64_t now_ns, const struct device_io 
 
     d->line[d->n] = '\0';
     const bool ours = strncmp(d->line, name, sizeof(name) - 1) == 0;
-    const bool summed = strchr(d->line, '*') != NULL, good = take_checksum(d->line);
+    const char *star = strchr(d->line, '*');
+    const bool summed = star && star > d->line + 1, good = take_checksum(d->line);
     if (!good || (!ours && !summed)) {
         d->status.bad_checksum += !good;
         forget_line(d);

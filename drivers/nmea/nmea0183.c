@@ -215,7 +215,8 @@ static bool take_line(struct nmea_parser *p, struct nmea_value *value)
         return false;
     }
     split(p->line, fields);
-    if (sum == MISSING && !is_name(fields[0])) {
+    /* "$*00" has no name, and its checksum is of nothing. */
+    if (!*fields[0] || (sum == MISSING && !is_name(fields[0]))) {
         p->counts.garbage_bytes += p->n + 1;
         return false;
     }

@@ -166,6 +166,8 @@ TEST(bad_lines)
         {"$GPGGA,1,2\n", 0, 0, 10},
         {"$GPGGA,1,2*55\r\n!AIVDM,1,1,,A,13aGua?P00PHfERNFruh0?vN289E,0*36\r\n", 0, 0, 0},
         {"!AIVDM,1,1,,A,13aGua?P00PHfERNFruh0?vN289E,0*37\n", 1, 0, 47},
+        {"$*00\n", 0, 0, 4},
+        {"!*00\n", 0, 0, 4},
         {"ECHO,0,0,0\n", 0, 0, 10},
         {"$ECHO,0,0,\x80\n", 0, 0, 11},
         {"$ECHO,0,\t0,0\n", 0, 0, 12},

@@ -240,7 +240,8 @@ TEST(what_is_cut_off_or_no_text_is_garbage)
         unsigned n, garbage;
     } cases[] = {{"\\s:r1*3\r\n", 9, 7}, {"\\s:r\x01", 5, 5},   {"!AIV\xff", 5, 5},     {"UdPbD$GPHDT", 11, 5},
                  {"UUdPbC\0", 7, 1},     {"!AIV$GPHDT", 10, 4}, {"\\s:r$GPHDT", 10, 4}, {"UdPbC$GPHDT", 11, 5},
-                 {"$ ls -l\r\n", 9, 7},  {"!~\n", 3, 2},        {"$Gp,1\n", 6, 5},      {"$\n", 2, 1}};
+                 {"$ ls -l\r\n", 9, 7},  {"!~\n", 3, 2},        {"$Gp,1\n", 6, 5},      {"$\n", 2, 1},
+                 {"$*00\r\n", 6, 4},     {"$,1*1D\n", 7, 6}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         struct nmea_value v;
         nmea_parser_init(&parser, true);
