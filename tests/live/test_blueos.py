@@ -161,7 +161,7 @@ def first_time(bench):
 def archive(arch):
     found = glob.glob(os.path.join(BUILD, "blueos", "sonard-blueos-*-%s.tar" % arch))
     if not found:
-        raise Skipped("`make check-blueos` makes the image first")
+        raise Skipped("`make blueos ARCHS=%s` makes the image first" % arch)
     if os.getuid() or not shutil.which("umoci") or not shutil.which("bwrap"):
         raise Skipped("needs root, umoci and bubblewrap")
     return max(found, key=os.path.getmtime)
