@@ -45,10 +45,16 @@ static bool was_deaf(const struct beams_deaf *deaf, const struct echoes *e, uint
     return deaf->n == e->n_beams && deaf->beam[i / 64] >> (i % 64) & 1;
 }
 
+/* Beams to the left have azimuths below a turn as well as below 0. */
+static double azimuth_of(const struct beam_echoes *h)
+{
+    return geo_wrap_pi((double)h->az_rad);
+}
+
 /* Deaf once, it says nothing: a burst of noise, a lost pulse. Twice, something may be in front of it. */
 static struct row_beam beam_of(const struct beam_echoes *h, bool deaf_before)
 {
-    struct row_beam b = {.az_rad = (double)h->az_rad, .echo = h->n > 0 || (is_deaf(h) && deaf_before)};
+    struct row_beam b = {.az_rad = azimuth_of(h), .echo = h->n > 0 || (is_deaf(h) && deaf_before)};
     if (!frees(h))
         return b;
     b.axis_m = b.side_m = b.edge_m = (double)h->free_to_m;
@@ -142,7 +148,7 @@ bool beams_read(const struct echoes *e, const struct beams_deaf *deaf, uint16_t 
     *shape = (struct row_shape){.half_az_rad = (double)e->az_aperture_rad / 2,
                                 .el_rad = el_rad,
                                 .half_el_rad = fmin((double)e->el_aperture_rad / 2, WIDEST_RAD - fabs(el_rad))};
-    const bool falls = e->beam[first].az_rad > e->beam[end - 1].az_rad;
+    const bool falls = azimuth_of(&e->beam[first]) > azimuth_of(&e->beam[end - 1]);
     for (uint16_t k = first; k < end; k++) {
         const uint16_t i = falls ? (uint16_t)(first + end - 1 - k) : k; /* they are sorted at no cost */
         const struct beam_echoes *h = &e->beam[i];

@@ -376,6 +376,18 @@ TEST(what_is_wider_than_a_row_is_cut)
     CHECK(free_at(85, 0) <= START_M);
 }
 
+/* Azimuths of pings are within a turn: what is to the left of ahead has nearly a whole one. */
+TEST(beams_to_the_left_are_as_good_as_those_to_the_right)
+{
+    begin(MOST, 1);
+    for (int i = 0; i < MOST; i++)
+        beam[i].az_rad = (float)geo_wrap((double)beam[i].az_rad);
+    send();
+    for (int az = -31; az <= 31; az++)
+        CHECK_NEAR(free_at(az, 0), 10, 0, 0.13);
+    CHECK(free_at(33, 0) <= START_M && free_at(-33, 0) <= START_M);
+}
+
 TEST(beams_at_other_elevations_are_rows_of_their_own)
 {
     begin(10, 4);
@@ -476,6 +488,7 @@ int main(void)
     RUN(a_lost_sonar_ends_water_and_frees_none);
     RUN(off_its_axis_a_beam_frees_no_more_than_it_detects);
     RUN(what_is_wider_than_a_row_is_cut);
+    RUN(beams_to_the_left_are_as_good_as_those_to_the_right);
     RUN(beams_at_other_elevations_are_rows_of_their_own);
     RUN(a_sonar_pushes_no_record_of_another_out);
     RUN(what_goes_for_want_of_room_brings_no_older_water_back);
