@@ -602,10 +602,12 @@ static void ask_records(const double axis[3], double half, double to_m, const js
           words("azimuth %.1f, elevation %.1f, half %.1f: from %.2f, free to %.4f of %.2f m, truly to %.4f",
                 geo_deg(az), geo_deg(el), geo_deg(half), from_m, known_m, to_m, truly_m));
     const double both_m = fmax(fmax(from_m, FROM_M), number(of_grid, "blind_to_m"));
+    json_decref(a);
+    if (!any) /* within `near`, of which records are not asked */
+        return;
     free_metres.truly += fmax(0, fmin(to_m, free_cone(axis, half, both_m, 0)) - both_m);
     free_metres.grid += fmax(0, fmin(to_m, number(of_grid, "free_to_m")) - both_m);
     free_metres.records += fmax(0, known_m - both_m);
-    json_decref(a);
 }
 
 static void ask_cone(void)
