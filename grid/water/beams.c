@@ -54,7 +54,9 @@ static double azimuth_of(const struct beam_echoes *h)
 /* Deaf once, it says nothing: a burst of noise, a lost pulse. Twice, something may be in front of it. */
 static struct row_beam beam_of(const struct beam_echoes *h, bool deaf_before)
 {
-    struct row_beam b = {.az_rad = azimuth_of(h), .echo = h->n > 0 || (is_deaf(h) && deaf_before)};
+    struct row_beam b = {.az_rad = azimuth_of(h), .ends_m = INFINITY};
+    if (h->n > 0 || (is_deaf(h) && deaf_before))
+        b.ends_m = frees(h) ? (double)h->free_to_m : 0;
     if (!frees(h))
         return b;
     b.axis_m = b.side_m = b.edge_m = (double)h->free_to_m;
@@ -76,7 +78,7 @@ static void add_beam(struct beams_row *row, const struct row_beam *b)
         same->axis_m = fmin(same->axis_m, b->axis_m);
         same->side_m = fmin(same->side_m, b->side_m);
         same->edge_m = fmin(same->edge_m, b->edge_m);
-        same->echo = same->echo || b->echo;
+        same->ends_m = fmin(same->ends_m, b->ends_m);
         return;
     }
     memmove(row->beam + at + 1, row->beam + at, (row->n - at) * sizeof *b);

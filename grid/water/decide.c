@@ -78,7 +78,9 @@ static double tan_of_ball(double radius_m, double away_m)
 /* A stretch with all the water of the tile around it. */
 struct thick {
     struct point a, b;
-    double thick_m;        /* the tile's water is no farther from its axis */
+    double aside_m,
+        up_m;       /* for all that is known the tile's water is no farther from its axis to the sides, up ... */
+    double along_m; /* ... and along the beams, whose ranges no turn changes */
     double close_m, far_m; /* from the sensor, at the least and at the most */
 };
 
@@ -100,15 +102,22 @@ static struct thick thick_of(const struct deciding *k, const struct point *a, co
 {
     const double from[3] = {a->ahead, a->right, a->up};
     const double close_m = least_away(from, k->v, 3, b->t_m - a->t_m), far_m = fmax(a->range, b->range);
-    const double thick_m = k->view->margin_m + k->view->margin_rad * far_m + b->t_m * k->half_rad + ROUNDING_M;
-    return (struct thick){*a, *b, thick_m, close_m, far_m};
+    const double thick_m = k->view->margin_m + b->t_m * k->half_rad + ROUNDING_M,
+                 turned_m = k->view->margin_rad * far_m, *spread_m = k->view->record->spread_m;
+    return (struct thick){.a = *a,
+                          .b = *b,
+                          .aside_m = thick_m + turned_m + spread_m[1],
+                          .up_m = thick_m + turned_m + spread_m[2],
+                          .along_m = thick_m + spread_m[0],
+                          .close_m = close_m,
+                          .far_m = far_m};
 }
 
 /* Tangents of the azimuths; false: all of them, for all that is known. */
 static bool azimuths(const struct deciding *k, const struct thick *s, struct span *out)
 {
     const double from[2] = {s->a.ahead, s->a.right};
-    const double tau = tan_of_ball(s->thick_m, least_away(from, k->v, 2, s->b.t_m - s->a.t_m));
+    const double tau = tan_of_ball(s->aside_m, least_away(from, k->v, 2, s->b.t_m - s->a.t_m));
     if (tau < 0 || s->a.ahead <= 0 || s->b.ahead <= 0)
         return false;
     *out = (struct span){INFINITY, -INFINITY};
@@ -122,7 +131,7 @@ static bool azimuths(const struct deciding *k, const struct thick *s, struct spa
  * linear in t but for a positive factor, is 0. */
 static bool elevations(const struct deciding *k, const struct thick *s, struct span *out)
 {
-    const double tau = tan_of_ball(s->thick_m, s->close_m);
+    const double tau = tan_of_ball(s->up_m, s->close_m);
     if (tau < 0 || s->a.level <= 0 || s->b.level <= 0)
         return false;
     *out = (struct span){INFINITY, -INFINITY};
@@ -160,7 +169,7 @@ static struct touched touch(const struct deciding *k, const struct thick *s)
     const int columns = image->columns, rows = image->rows;
     struct touched t = {{{0, columns - 1}, {0, rows - 1}}, true, false};
     struct span az = {-INFINITY, INFINITY}, el = az;
-    if (s->a.ahead < -s->thick_m && s->b.ahead < -s->thick_m) {
+    if (s->a.ahead < -s->aside_m && s->b.ahead < -s->aside_m) {
         t.any = false;
         return t;
     }
@@ -194,24 +203,24 @@ static struct water_piece judge(const struct deciding *k, const struct thick *s)
 {
     const struct water_record *r = k->view->record;
     struct water_piece piece = {s->a.t_m, s->b.t_m, WATER_NOTHING, false};
-    const double nearest_m = s->close_m - s->thick_m, farthest_m = s->far_m + s->thick_m;
+    const double nearest_m = s->close_m - s->along_m, farthest_m = s->far_m + s->along_m;
     const struct touched t = touch(k, s);
     if (!t.any)
         return piece;
     const struct water_cell cell = water_image_of(&r->image, &t.part);
-    const bool echo = cell.most & 1, one = t.part.column[0] == t.part.column[1] && t.part.row[0] == t.part.row[1];
+    const bool one = t.part.column[0] == t.part.column[1] && t.part.row[0] == t.part.row[1];
     const struct span near_m = near_of(&r->image, &t.part);
-    const double least_m = cell.least * WATER_UNIT_M, most_m = (cell.most & ~1u) * WATER_UNIT_M;
+    const double least_m = cell.least * WATER_UNIT_M, most_m = (cell.most + 1) * WATER_UNIT_M,
+                 ends_m = cell.ends == WATER_NO_END ? INFINITY : cell.ends * WATER_UNIT_M;
     if (t.inside && nearest_m >= near_m.high && farthest_m <= least_m) {
         piece.says = k->view->lost ? WATER_NOTHING : WATER_FREE;
         return piece;
     }
-    if (t.inside && echo && nearest_m > most_m) {
+    if (t.inside && one && nearest_m > ends_m) {
         piece.says = WATER_ENDED;
-        piece.mixed = !one; /* cells without an echo end nothing */
         return piece;
     }
-    const bool may_end = echo && farthest_m > least_m;
+    const bool may_end = farthest_m > ends_m;
     const bool may_free = s->close_m < most_m && (!t.inside || s->far_m > near_m.low);
     piece.says = may_end ? WATER_ENDED : WATER_NOTHING;
     piece.mixed = may_end || may_free;
@@ -266,7 +275,8 @@ static void clip_side(const struct deciding *k, double tan_az, double side, doub
     const double *at = k->view->at_m, size = sqrt(1 + tan_az * tan_az), ahead = side * tan_az / size,
                  right = -side / size;
     /* the tile is no farther from its axis than thick + t half; bearings may be turned, too */
-    const double rad = k->view->margin_rad, thick_m = k->view->margin_m + ROUNDING_M +
+    const double rad = k->view->margin_rad, thick_m = k->view->margin_m + k->view->record->spread_m[1] +
+                                                      ROUNDING_M +
                                                       rad * sqrt(at[0] * at[0] + at[1] * at[1] + at[2] * at[2]);
     clip(ahead * at[0] + right * at[1] + thick_m, ahead * k->v[0] + right * k->v[1] + k->half_rad + rad, from, to);
 }

@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "record.h"
 
-#define ECHO 1u
-
 static uint32_t halved(uint32_t n)
 {
     return (n + 1) / 2;
@@ -21,16 +19,16 @@ uint32_t water_image_cells(uint32_t columns, uint32_t rows)
 
 static void add_cell(struct water_cell *sum, struct water_cell cell)
 {
-    const unsigned echo = (sum->most | cell.most) & ECHO, a = sum->most & ~ECHO, b = cell.most & ~ECHO;
     sum->least = cell.least < sum->least ? cell.least : sum->least;
-    sum->most = (uint16_t)((a > b ? a : b) | echo);
+    sum->most = cell.most > sum->most ? cell.most : sum->most;
+    sum->ends = cell.ends < sum->ends ? cell.ends : sum->ends;
 }
 
 /* Of four cells of a level one of the next. */
 static struct water_cell join_four(const struct water_cell *level, uint32_t columns, uint32_t rows, uint32_t x,
                                    uint32_t y)
 {
-    struct water_cell sum = {.least = UINT16_MAX};
+    struct water_cell sum = {.least = UINT16_MAX, .ends = WATER_NO_END};
     for (uint32_t j = 2 * y; j < rows && j < 2 * y + 2; j++)
         for (uint32_t i = 2 * x; i < columns && i < 2 * x + 2; i++)
             add_cell(&sum, level[j * columns + i]);
@@ -73,7 +71,7 @@ struct water_cell water_image_of(const struct water_image *image, const struct w
     int x0 = part->column[0], x1 = part->column[1], y0 = part->row[0], y1 = part->row[1];
     uint32_t columns = image->columns, rows = image->rows;
     const struct water_cell *level = image->cell;
-    struct water_cell sum = {.least = UINT16_MAX};
+    struct water_cell sum = {.least = UINT16_MAX, .ends = WATER_NO_END};
     while (x1 - x0 > 3 || y1 - y0 > 3) {
         level += columns * rows;
         columns = halved(columns);

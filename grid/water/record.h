@@ -6,8 +6,8 @@
  *
  * A column is as wide as the part of the water that is the beam's own: halfway to its neighbours, and the whole beam at
  * the ends. Off its axis a beam detects less, so each beam is several rows of the image: axis, side and edge (struct
- * beam_echoes). In a cell the water is free from its row's near_m to its range. From there on an echo ends what older
- * records found free, and without an echo nothing is said.
+ * beam_echoes). In a cell the water is free from its row's near_m to its range. From an echo on what older records found
+ * free is so no more, and between the two, or without an echo, nothing is said.
  *
  * Azimuths and elevations are kept as tangents in the sensor's frame: no library's trigonometry decides an answer.
  */
@@ -20,12 +20,14 @@
 #define WATER_COLUMNS 520
 #define WATER_ROWS    96
 #define WATER_CELLS   16384 /* of an image with its pyramid */
-#define WATER_UNIT_M  0.01  /* of ranges; free ones are rounded down */
+#define WATER_UNIT_M  0.01  /* of ranges, which are rounded down */
+#define WATER_NO_END  UINT16_MAX
 
-/* Of a part of the image: in all of it the water is free to `least` units, in none of it farther than to `most`. */
+/* Of a part of the image, in units: in all of it the water is free to `least`, in none of it farther than to `most`, and
+ * nearer than `ends` no echo ends what is older. */
 struct water_cell {
-    uint16_t least;
-    uint16_t most; /* an even number; odd: an echo ends one of them */
+    uint16_t least, most;
+    uint16_t ends; /* WATER_NO_END: none does */
 };
 
 struct water_image {
@@ -47,6 +49,7 @@ struct water_record {
     double lever_m;     /* its distance from the body's origin */
     double uncertain_m; /* its place may be so far from place_m ... */
     double tilt_rad;    /* ... and its beams turned so far against the axes */
+    double spread_m[3]; /* they were sent so far beside place_m, but for what ranges allow for: along, aside, up */
     bool echoes;        /* some cell ends at one */
     struct water_image image;
 };
@@ -66,7 +69,7 @@ void water_image_fill(struct water_image *image, struct water_cell *cell);
  * 0 .. n - 1 for any x. */
 int water_image_find(const double *between, int n, double x);
 
-/** water_image_of - the least and greatest range, and an echo, of at least that part: up to 4 x 4 cells of a level. */
+/** water_image_of - what is said of at least that part: up to 4 x 4 cells of a level. */
 struct water_cell water_image_of(const struct water_image *image, const struct water_part *part);
 
 #endif

@@ -8,10 +8,10 @@ static uint16_t units(double m)
     return m > 0 ? (uint16_t)fmin(floor(m / WATER_UNIT_M), UINT16_MAX - 3) : 0;
 }
 
-static struct water_cell cell_of(double to_m, bool echo)
+static struct water_cell cell_of(double to_m, double ends_m)
 {
-    const uint16_t least = units(to_m);
-    return (struct water_cell){least, (uint16_t)(((least + 1) & ~1) | echo)};
+    const uint16_t to = units(to_m);
+    return (struct water_cell){to, to, ends_m < INFINITY ? units(ends_m) : WATER_NO_END};
 }
 
 /* What a column holds of its beam: all of it, or what lies off its axis to one side. */
@@ -39,10 +39,12 @@ static void add_column(struct writing *w, const struct row_beam *beam, enum part
     w->room->tan_az[w->columns] = tan(to_rad);
 }
 
+const double row_share[ROW_ROWS + 1] = {-1, -0.5, -0.25, 0.25, 0.5, 1};
+
 /* Do two beams leave a gap? */
 static bool is_apart(const struct row_shape *shape, const struct row_beam *a, const struct row_beam *b)
 {
-    return b->az_rad - a->az_rad > 2 * shape->half_az_rad + ROW_TOUCH_RAD;
+    return a->apart || b->az_rad - a->az_rad > 2 * shape->half_az_rad + ROW_TOUCH_RAD;
 }
 
 /* The left part of a beam without a neighbour there, from where the last column ends. */
@@ -69,15 +71,15 @@ static void add_beams(struct writing *w, const struct row_beam *beam, size_t n)
         const bool first = i == 0, last = i + 1 == n, gap = !last && is_apart(shape, &beam[i], &beam[i + 1]);
         if (first ? !shape->goes_on[0] : is_apart(shape, &beam[i - 1], &beam[i]))
             add_left_end(w, &beam[i]);
-        const double to_rad = last  ? shape->to_rad
-                              : gap ? beam[i].az_rad + shape->half_az_rad
-                                    : (beam[i].az_rad + beam[i + 1].az_rad) / 2;
+        const double middle = last ? shape->to_rad : (beam[i].az_rad + beam[i + 1].az_rad) / 2;
+        const double to_rad = gap ? fmin(beam[i].az_rad + shape->half_az_rad, middle - ROW_TOUCH_RAD / 2) : middle;
         if (last ? !shape->goes_on[1] : gap)
             add_right_end(w, &beam[i], to_rad);
         else
             add_column(w, &beam[i], PART_AXIS, to_rad);
         if (gap)
-            add_column(w, &beam[i], PART_NOTHING, beam[i + 1].az_rad - shape->half_az_rad);
+            add_column(w, &beam[i], PART_NOTHING,
+                       fmax(beam[i + 1].az_rad - shape->half_az_rad, middle + ROW_TOUCH_RAD / 2));
     }
 }
 
@@ -94,25 +96,25 @@ static void write_cells(const struct writing *w)
         const double to_m[ROW_ROWS] = {beam->edge_m, side_m, axis_m, side_m, beam->edge_m};
         for (uint32_t row = 0; row < ROW_ROWS; row++)
             w->room->cell[row * w->columns + i] =
-                part == PART_NOTHING ? cell_of(0, false) : cell_of(to_m[row], beam->echo);
+                part == PART_NOTHING ? cell_of(0, INFINITY) : cell_of(to_m[row], beam->ends_m);
     }
 }
 
 void row_write(struct water_record *record, struct row_room *room, const struct row_shape *shape,
                const struct row_beam *beam, size_t n)
 {
-    static const double share[ROW_ROWS + 1] = {-1, -0.5, -0.25, 0.25, 0.5, 1};
     struct writing w = {.shape = shape, .room = room};
     add_beams(&w, beam, n);
     write_cells(&w);
     record->echoes = false;
     for (size_t i = 0; i < n; i++)
-        record->echoes = record->echoes || beam[i].echo;
+        record->echoes = record->echoes || beam[i].ends_m < INFINITY;
     for (int row = 0; row <= ROW_ROWS; row++)
-        room->tan_el[row] = tan(shape->el_rad + share[row] * shape->half_el_rad);
+        room->tan_el[row] = tan(shape->el_rad + row_share[row] * shape->half_el_rad);
     for (int row = 0; row < ROW_ROWS; row++)
         room->near_m[row] =
-            row == 0 || row + 1 == ROW_ROWS ? fmax(shape->near_m, shape->edge_near_m) : shape->near_m;
+            fmax(shape->join_m[row],
+                 row == 0 || row + 1 == ROW_ROWS ? fmax(shape->near_m, shape->edge_near_m) : shape->near_m);
     record->image = (struct water_image){.columns = (uint16_t)w.columns,
                                          .rows = ROW_ROWS,
                                          .tan_az = room->tan_az,

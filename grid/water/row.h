@@ -17,14 +17,19 @@
 struct row_beam {
     double az_rad; /* in the record's frame, within 80 degrees */
     double axis_m, side_m, edge_m;
-    bool echo; /* it ends at one */
+    double ends_m; /* from there on an echo ends older water; INFINITY: there is none */
+    bool apart;    /* nothing is said between it and the next one, be they as near as they may */
 };
+
+/* Parts of the opening's height, from below to above: where rows of the image begin and end. */
+extern const double row_share[ROW_ROWS + 1];
 
 /* What all beams of a row have in common. */
 struct row_shape {
     double half_az_rad;
     double el_rad, half_el_rad; /* together within 80 degrees */
-    double near_m, edge_near_m; /* they detect from there on; at their edges */
+    double near_m, edge_near_m; /* they detect from there on; at their edges ... */
+    double join_m[ROW_ROWS];    /* ... and no two of them leave a gap between them, by row of the image */
     double from_rad, to_rad;    /* azimuths where the first begins and the last ends ... */
     bool goes_on[2];            /* ... and whether there a beam follows that is not among them */
 };

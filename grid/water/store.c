@@ -137,7 +137,7 @@ static void enter_head(struct store *s, const struct echoes *e, const struct wat
     const bool joined = sweep_add(&sensor->sweep, at, &s->row);
     sweep_write(&sensor->sweep, &record, &s->room);
     if (joined && sensor->sweep.since > 1)
-        pool_drop(&s->pool, e->sensor, e->seq - 1);
+        pool_drop(&s->pool, e->sensor, sensor->sweep.before);
     if (joined)
         pool_keep(&s->pool, &record);
     else

@@ -7,6 +7,14 @@
 #define WIDEST_RAD (60 * GEO_PI / 180)
 #define CUT_RAD    (80 * GEO_PI / 180)
 #define STANDS_RAD 1e-6 /* a head that has turned by less stands */
+#define LOST_MOST  4    /* pings between two that follow each other in a row */
+
+/* Beams that leave a gap as far as this are taken apart, rather than that all of the row begins there. */
+#define JOIN_MOST_M 6.0
+
+#define MEET_LEAST    0.002 /* of a row that hardly turns nobody knows where its axes meet */
+#define BENT_LEAST    4     /* a row says nothing nearer than so many times what its beams' places bend ... */
+#define BENT_ENOUGH_M 0.5   /* ... or than this */
 
 /* Of a's beam in b's axes. */
 static double azimuth(const struct water_record *a, const struct water_record *b)
@@ -25,33 +33,47 @@ static double tilt(const struct water_record *a, const struct water_record *b)
     return acos(fmax(-1, fmin(1, (trace - 1) / 2)));
 }
 
-static double apart_m(const struct water_record *a, const struct water_record *b)
-{
-    const double v[3] = {a->place_m[0] - b->place_m[0], a->place_m[1] - b->place_m[1],
-                         a->place_m[2] - b->place_m[2]};
-    return geo_length(v);
-}
-
 static double drifted_m(const struct water_record *a, const struct water_record *b)
 {
     return hypot(b->drift_m[0] - a->drift_m[0], b->drift_m[1] - a->drift_m[1]);
 }
 
-/*
- * Two beams that follow each other, b the later one. Sent from one place they need only touch; if not, a thing nearer
- * than *near_m may stand between them. False: everywhere.
- */
-static bool overlap(const struct sweep_look *a, const struct sweep_look *b, double *near_m)
+/* A beam's part of the horizon, and how high it reaches. */
+static double highest_rad(const struct row_shape *shape, int row)
 {
-    const double over = 2 * b->shape.half_az_rad - fabs(azimuth(&b->at, &a->at));
-    const double between_m = apart_m(&a->at, &b->at) + drifted_m(&a->at, &b->at);
-    *near_m = 0;
-    if (between_m <= 0)
-        return over >= -ROW_TOUCH_RAD;
-    if (over <= 0)
-        return false;
-    *near_m = between_m / sin(fmin(over, GEO_PI / 2));
-    return true;
+    const double from_rad = shape->el_rad + row_share[row] * shape->half_el_rad,
+                 to_rad = shape->el_rad + row_share[row + 1] * shape->half_el_rad;
+    return fmax(fabs(from_rad), fabs(to_rad));
+}
+
+/* So far does b's place lie beyond the edge of a's beam that faces b's; negative: within. */
+static double slipped_m(const struct sweep_look *a, const struct sweep_look *b)
+{
+    const double half = a->shape.half_az_rad, side = azimuth(&b->at, &a->at) < 0 ? -1 : 1;
+    double m = 0;
+    for (int k = 0; k < 3; k++)
+        m += (b->at.place_m[k] - a->at.place_m[k]) *
+             (side * cos(half) * a->at.axis[1][k] - sin(half) * a->at.axis[0][k]);
+    return m;
+}
+
+/*
+ * Two beams that follow each other, b the later one. Where b was sent from beyond the edge of a's a thing may stand
+ * between them, up to where their edges cross: all the farther away the less they overlap. They overlap less where they
+ * are tilted against each other, by as much as their tilt moves what is high. False: they leave a gap.
+ */
+static bool join(const struct sweep_look *a, const struct sweep_look *b, double join_m[ROW_ROWS])
+{
+    const double over_rad = 2 * b->shape.half_az_rad - fabs(azimuth(&b->at, &a->at)),
+                 tilt_rad = tilt(&a->at, &b->at);
+    const double slip_m = fmax(slipped_m(a, b), 0) + drifted_m(&a->at, &b->at);
+    for (int row = 0; row < ROW_ROWS; row++) {
+        const double highest = highest_rad(&b->shape, row), least_rad = over_rad - tilt_rad * tan(highest);
+        join_m[row] = slip_m <= 0 && least_rad >= -ROW_TOUCH_RAD ? 0
+                      : least_rad <= 0                           ? (double)INFINITY
+                                       : slip_m / (sin(fmin(least_rad, GEO_PI / 2)) * cos(highest));
+    }
+    return join_m[ROW_ROWS / 2] <= JOIN_MOST_M;
 }
 
 /* Does the new beam continue the row? */
@@ -59,11 +81,10 @@ static bool joins(const struct sweep *s, const struct sweep_look *next)
 {
     const struct sweep_look *last = &s->look[s->n - 1];
     const double turn = azimuth(&next->at, &last->at);
-    double near_m;
-    return next->at.seq == last->at.seq + 1 && next->at.t_ns >= last->at.t_ns &&
+    return next->at.seq - last->at.seq - 1 <= LOST_MOST && next->at.t_ns >= last->at.t_ns &&
            next->shape.el_rad == last->shape.el_rad && next->shape.half_az_rad == last->shape.half_az_rad &&
-           next->shape.half_el_rad == last->shape.half_el_rad && fabs(turn) > STANDS_RAD && turn * s->sense >= 0 &&
-           overlap(last, next, &near_m);
+           next->shape.half_el_rad == last->shape.half_el_rad && fabs(turn) > STANDS_RAD &&
+           fabs(turn) < WIDEST_RAD && turn * s->sense >= 0;
 }
 
 /* The row's first beams become its neighbour, until there is room for one more within 60 degrees. */
@@ -82,8 +103,8 @@ static void make_room(struct sweep *s, const struct sweep_look *next)
 /* Two in a row that received nothing usable end what both looked at. */
 static void end_both(struct sweep_look *last, const struct sweep_look *next)
 {
-    if (next->beam.axis_m <= 0 && next->beam.echo && last->beam.axis_m <= 0)
-        last->beam.echo = true;
+    if (next->beam.axis_m <= 0 && next->beam.ends_m <= 0 && last->beam.axis_m <= 0)
+        last->beam.ends_m = 0;
 }
 
 bool sweep_add(struct sweep *s, const struct water_record *at, const struct beams_row *row)
@@ -100,10 +121,42 @@ bool sweep_add(struct sweep *s, const struct water_record *at, const struct beam
         end_both(&s->look[s->n - 1], &next);
         make_room(s, &next);
         s->since = s->since == SWEEP_EACH ? 1 : s->since + 1;
+        s->before = s->look[s->n - 1].at.seq;
+        next.apart = !join(&s->look[s->n - 1], &next, next.join_m);
     } else
         *s = (struct sweep){.since = 1};
     s->look[s->n++] = next;
     return joined;
+}
+
+/* ---- the row ---- */
+
+/*
+ * Where the axes of all beams come nearest to meet, level, in the middle one's axes: a head on its way looks from there.
+ * Rather from the middle beam's own place the higher the beams are: from elsewhere a range says less of what is high.
+ * No farther ahead than where a beam begins to detect.
+ */
+static void meet(const struct sweep *s, const struct sweep_look *middle, double at_m[2])
+{
+    const double highest = highest_rad(&middle->shape, 0), lift = 1 - cos(highest), sine = sin(highest);
+    const double own = (s->n - s->first) * (MEET_LEAST + lift * lift + 0.05 * sine * sine);
+    double xx = own, xy = 0, yy = own, x = 0, y = 0;
+    for (int i = s->first; i < s->n; i++) {
+        const double az = azimuth(&s->look[i].at, &middle->at), across[2] = {-sin(az), cos(az)};
+        double way_m[2] = {0, 0};
+        for (int k = 0; k < 3; k++)
+            for (int j = 0; j < 2; j++)
+                way_m[j] += (s->look[i].at.place_m[k] - middle->at.place_m[k]) * middle->at.axis[j][k];
+        const double off_m = across[0] * way_m[0] + across[1] * way_m[1];
+        xx += across[0] * across[0];
+        xy += across[0] * across[1];
+        yy += across[1] * across[1];
+        x += across[0] * off_m;
+        y += across[1] * off_m;
+    }
+    const double size = xx * yy - xy * xy;
+    at_m[0] = fmin((x * yy - y * xy) / size, middle->shape.near_m);
+    at_m[1] = (y * xx - x * xy) / size;
 }
 
 /* Halfway to the neighbour; without one, the beam's own edge. */
@@ -117,17 +170,50 @@ static double end_of(const struct sweep *s, const struct water_record *by, int w
     return left ? az - half : az + half;
 }
 
-static void add_look(const struct sweep *s, int i, struct water_record *record, struct row_shape *shape)
+/* A beam was sent from before, beside and above the row's place: what ranges allow for, which is returned, and what is
+ * left. */
+static double take_look(const struct sweep_look *look, const struct water_record *middle,
+                        struct water_record *record, struct row_shape *shape, struct row_beam *beam)
 {
-    const struct sweep_look *look = &s->look[i];
-    const struct water_record *at = &look->at, *middle = &s->look[(s->first + s->n - 1) / 2].at;
-    double near_m = 0;
-    if (i > s->first)
-        overlap(&s->look[i - 1], look, &near_m);
-    record->uncertain_m = fmax(record->uncertain_m, at->uncertain_m + apart_m(at, middle));
+    const struct water_record *at = &look->at;
+    double off_m[3] = {0, 0, 0}; /* in the beam's axes */
+    for (int k = 0; k < 3; k++)
+        for (int j = 0; j < 3; j++)
+            off_m[j] += (at->place_m[k] - record->place_m[k]) * at->axis[j][k];
+    const double along_m = off_m[0], aside_m = fabs(off_m[1]), up_m = fabs(off_m[2]),
+                 highest = highest_rad(&look->shape, 0), half = look->shape.half_az_rad;
+    const double bent_m = hypot(aside_m + fabs(along_m) * sin(half), up_m + fabs(along_m) * sin(highest));
+    const double near_m = fmax(look->shape.near_m, fmin(BENT_LEAST * bent_m, BENT_ENOUGH_M));
+    const double left_m = fabs(along_m) * (1 - cos(highest) * cos(half)) + aside_m * sin(half) +
+                          up_m * sin(highest) + (near_m > 0 ? bent_m * bent_m / near_m : 0);
+    const double spread_m[3] = {left_m, aside_m, up_m + fabs(along_m) * sin(highest)};
+    *beam = look->beam;
+    beam->az_rad = azimuth(at, middle);
+    beam->axis_m += beam->axis_m > 0 ? along_m : 0;
+    beam->side_m += beam->side_m > 0 ? along_m : 0;
+    beam->edge_m += beam->edge_m > 0 ? along_m : 0;
+    beam->ends_m += beam->ends_m > 0 ? along_m : 0;
+    for (int j = 0; j < 3; j++)
+        record->spread_m[j] = fmax(record->spread_m[j], spread_m[j]);
+    record->uncertain_m = fmax(record->uncertain_m, at->uncertain_m);
     record->tilt_rad = fmax(record->tilt_rad, at->tilt_rad + tilt(at, middle));
-    shape->near_m = fmax(shape->near_m, fmax(look->shape.near_m, near_m));
-    shape->edge_near_m = fmax(shape->edge_near_m, look->shape.edge_near_m);
+    shape->near_m = fmax(shape->near_m, near_m + along_m);
+    shape->edge_near_m = fmax(shape->edge_near_m, fmax(look->shape.edge_near_m, near_m) + along_m);
+    return along_m;
+}
+
+/* From where on a beam leaves no gap to the one before it, from the row's place. */
+static void take_join(const struct sweep_look *look, double along_m, struct row_shape *shape)
+{
+    for (int row = 0; row < ROW_ROWS; row++)
+        if (look->join_m[row] > 0)
+            shape->join_m[row] = fmax(shape->join_m[row], look->join_m[row] + along_m);
+}
+
+/* Of two beams in order of azimuth. */
+static bool are_apart(const struct sweep *s, int a, int b)
+{
+    return s->look[a > b ? a : b].apart;
 }
 
 void sweep_write(const struct sweep *s, struct water_record *record, struct row_room *room)
@@ -137,23 +223,31 @@ void sweep_write(const struct sweep *s, struct water_record *record, struct row_
                             *oldest = &s->look[s->first];
     struct row_shape shape = middle->shape;
     struct row_beam beam[SWEEP_BEAMS];
+    double at_m[2];
     *record = middle->at;
     record->t_ns = oldest->at.t_ns;
     record->newest_ns = newest->at.t_ns;
     record->seq = newest->at.seq;
     record->path_m = oldest->at.path_m;
     memcpy(record->drift_m, oldest->at.drift_m, sizeof record->drift_m);
+    meet(s, middle, at_m);
+    for (int k = 0; k < 3; k++)
+        record->place_m[k] += at_m[0] * middle->at.axis[0][k] + at_m[1] * middle->at.axis[1][k];
+    shape.near_m = shape.edge_near_m = 0;
     for (int i = s->first; i <= last; i++) {
         /* clockwise or not, azimuths grow */
-        const int k = s->sense < 0 ? last - i : i - s->first;
-        beam[k] = s->look[i].beam;
-        beam[k].az_rad = azimuth(&s->look[i].at, &middle->at);
-        add_look(s, i, record, &shape);
+        const int k = s->sense < 0 ? last - i : i - s->first, next = s->sense < 0 ? i - 1 : i + 1;
+        const double along_m = take_look(&s->look[i], &middle->at, record, &shape, &beam[k]);
+        beam[k].apart = next >= s->first && next <= last && are_apart(s, i, next);
+        if (i > s->first && !s->look[i].apart)
+            take_join(&s->look[i], along_m, &shape);
     }
-    const double begin = end_of(s, &middle->at, s->first, s->first - 1), end = end_of(s, &middle->at, last, -1);
+    const bool goes_on = s->first > 0 && !s->look[s->first].apart;
+    const double begin = end_of(s, &middle->at, s->first, goes_on ? s->first - 1 : -1),
+                 end = end_of(s, &middle->at, last, -1);
     shape.from_rad = fmax(n == 1 ? -shape.half_az_rad : fmin(begin, end), -CUT_RAD);
     shape.to_rad = fmin(n == 1 ? shape.half_az_rad : fmax(begin, end), CUT_RAD);
     if (n > 1)
-        shape.goes_on[s->sense < 0] = s->first > 0;
+        shape.goes_on[s->sense < 0] = goes_on;
     row_write(record, room, &shape, beam, (size_t)n);
 }

@@ -17,20 +17,24 @@ struct sweep_look {
     struct water_record at;
     struct row_beam beam;
     struct row_shape shape;
+    bool apart;              /* between the one before and it nothing is said; else ... */
+    double join_m[ROW_ROWS]; /* ... they leave no gap from here on: struct row_shape */
 };
 
 struct sweep {
     struct sweep_look look[SWEEP_BEAMS + 1]; /* from the oldest on */
     int n;                                   /* of these */
-    int first;    /* the first of the row: 1, where the one before it is known; else 0 */
-    double sense; /* of its turn: 1, -1; 0: not known yet */
-    int since;    /* beams since a row was kept, the last one counted */
+    int first;       /* the first of the row: 1, where the one before it is known; else 0 */
+    double sense;    /* of its turn: 1, -1; 0: not known yet */
+    int since;       /* beams since a row was kept, the last one counted */
+    uint32_t before; /* number of the ping before the last one that joined it */
 };
 
 /**
  * sweep_add - the next beam, whose record is as beams_begin has it and whose row holds it alone. False: it does not
- * join those before it; a ping is lost between, the head has turned back or stands, the beams leave a gap, or together
- * they would be wider than 60 degrees: it begins a row. Only of a row that goes on are the oldest beams left out.
+ * join those before it; many pings are lost between, the head has turned back or stands, or together they would be
+ * wider than 60 degrees: it begins a row. Between beams that leave a gap nothing is said. Only of a row that goes on are
+ * the oldest beams left out.
  */
 bool sweep_add(struct sweep *s, const struct water_record *at, const struct beams_row *row);
 

@@ -43,7 +43,7 @@ static bool shows_end(const struct water_record *r, const struct place *p)
     const int column = water_image_find(image->tan_az, image->columns, right / ahead);
     for (int i = column > 0 ? column - 1 : 0; i <= column + 1 && i < image->columns; i++) {
         const struct water_cell cell = image->cell[p->row * image->columns + i];
-        if (cell.most & 1 && cell.least * WATER_UNIT_M <= range_m + ALIKE_M)
+        if (cell.ends != WATER_NO_END && cell.ends * WATER_UNIT_M <= range_m + ALIKE_M)
             return true;
     }
     return false;
@@ -54,7 +54,7 @@ static struct place end_of(const struct water_record *r, int row, int column)
     const struct water_image *image = &r->image;
     const double tan_az = (image->tan_az[column] + image->tan_az[column + 1]) / 2,
                  tan_el = (image->tan_el[row] + image->tan_el[row + 1]) / 2;
-    const double to_m = image->cell[row * image->columns + column].least * WATER_UNIT_M;
+    const double to_m = image->cell[row * image->columns + column].ends * WATER_UNIT_M;
     const double ahead = to_m / sqrt((1 + tan_az * tan_az) * (1 + tan_el * tan_el)), right = ahead * tan_az,
                  down = -tan_el * sqrt(ahead * ahead + right * right);
     struct place p = {.row = row};
@@ -72,7 +72,7 @@ bool thin_spares(const struct water_record *before, const struct water_record *m
         !is_alike(&middle->image, &newest->image))
         return false;
     for (int i = 0; middle->echoes && i < middle->image.columns; i++) {
-        if (!(middle->image.cell[row * middle->image.columns + i].most & 1))
+        if (middle->image.cell[row * middle->image.columns + i].ends == WATER_NO_END)
             continue;
         const struct place end = end_of(middle, row, i);
         if (!shows_end(before, &end) || !shows_end(newest, &end))

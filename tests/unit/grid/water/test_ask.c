@@ -213,7 +213,7 @@ static enum says ping_says(const struct sonar *s, int which, const double at[3])
         return NOTHING;
     const double range = geo_length(v), share = fabs(atan2(-v[2], hypot(v[0], v[1]))) / p->half_el;
     const double to = share <= 0.25 ? beam->axis_m : share <= 0.5 ? beam->side_m : beam->edge_m;
-    return range < NEAR_M ? NOTHING : range <= to ? FREE : beam->echo ? ENDED : NOTHING;
+    return range < NEAR_M ? NOTHING : range <= to ? FREE : beam->echo && range > beam->axis_m ? ENDED : NOTHING;
 }
 
 static enum says truth(const struct sonar *s, const double at[3])
@@ -422,7 +422,7 @@ TEST(no_rope_is_passed_by_tiles)
             const double at = (k - 255.5) * width;
             const bool hit = fabs(at - az) * range <= 0.01 + range * width / 2;
             const double to = hit ? range - 0.03 : 20;
-            beam[k] = (struct row_beam){at, to, to, to, hit};
+            beam[k] = (struct row_beam){at, to, to, to, hit ? to : (double)INFINITY, false};
         }
         row_write(&record, &room, &shape, beam, 512);
         const struct water_view seen = {.record = &record};
