@@ -167,6 +167,8 @@ bool beams_read(const struct echoes *e, const struct beams_deaf *deaf, uint16_t 
     fit(out, shape->half_az_rad);
     shape->from_rad = fmax(out->beam[0].az_rad - shape->half_az_rad, -WIDEST_RAD);
     shape->to_rad = fmin(out->beam[out->n - 1].az_rad + shape->half_az_rad, WIDEST_RAD);
+    shape->outer_rad[0] = shape->from_rad;
+    shape->outer_rad[1] = shape->to_rad;
     return true;
 }
 

@@ -20,6 +20,7 @@ enum part { PART_AXIS, PART_SIDE, PART_EDGE, PART_NOTHING };
 struct column {
     const struct row_beam *beam;
     enum part part;
+    bool beyond; /* it is another beam's own, which alone says what an echo ends there */
 };
 
 struct writing {
@@ -27,14 +28,17 @@ struct writing {
     struct row_room *room;
     struct column column[WATER_COLUMNS];
     uint32_t columns;
+    bool nested;    /* some beam detects less off its axis: what is so has columns of its own ... */
+    bool coarse;    /* ... but for those there is no room: a beam has one */
+    bool edges;     /* two beams have only their edges between them */
     double end_rad; /* of the last one */
 };
 
-static void add_column(struct writing *w, const struct row_beam *beam, enum part part, double to_rad)
+static void add_column(struct writing *w, const struct column *column, double to_rad)
 {
     if (!(to_rad > w->end_rad) || w->columns == WATER_COLUMNS)
         return;
-    w->column[w->columns++] = (struct column){beam, part};
+    w->column[w->columns++] = *column;
     w->end_rad = to_rad;
     w->room->tan_az[w->columns] = tan(to_rad);
 }
@@ -47,46 +51,63 @@ static bool is_apart(const struct row_shape *shape, const struct row_beam *a, co
     return a->apart || b->az_rad - a->az_rad > 2 * shape->half_az_rad + ROW_TOUCH_RAD;
 }
 
-/* The left part of a beam without a neighbour there, from where the last column ends. */
-static void add_left_end(struct writing *w, const struct row_beam *beam)
+static bool is_nested(const struct row_beam *beam)
 {
-    add_column(w, beam, PART_EDGE, beam->az_rad - w->shape->half_az_rad / 2);
-    add_column(w, beam, PART_SIDE, beam->az_rad - w->shape->half_az_rad / 4);
+    return beam->side_m < beam->axis_m || beam->edge_m < beam->axis_m;
 }
 
-/* The rest of a beam without a neighbour on the right. */
-static void add_right_end(struct writing *w, const struct row_beam *beam, double to_rad)
+/* The part of a beam that is so far off its axis. */
+static enum part part_at(const struct row_shape *shape, double off_rad)
 {
-    add_column(w, beam, PART_AXIS, fmin(beam->az_rad + w->shape->half_az_rad / 4, to_rad));
-    add_column(w, beam, PART_SIDE, fmin(beam->az_rad + w->shape->half_az_rad / 2, to_rad));
-    add_column(w, beam, PART_EDGE, to_rad);
+    const double share = off_rad / shape->half_az_rad - 1e-6;
+    return share <= row_share[3] ? PART_AXIS : share <= row_share[4] ? PART_SIDE : PART_EDGE;
+}
+
+/* What of a beam lies before to_rad, from where the last column ends: what is off its axis in columns of its own, or the
+ * worst of it for all. */
+static void add_beam(struct writing *w, const struct row_beam *beam, bool beyond, double to_rad)
+{
+    static const enum part part[] = {PART_EDGE, PART_SIDE, PART_AXIS, PART_SIDE, PART_EDGE};
+    const double az = beam->az_rad, half = w->shape->half_az_rad;
+    if (!w->nested) {
+        add_column(w, &(struct column){beam, PART_AXIS, beyond}, to_rad);
+        return;
+    }
+    if (w->coarse) {
+        const enum part worst = part_at(w->shape, fmax(az - w->end_rad, to_rad - az));
+        add_column(w, &(struct column){beam, worst, beyond}, to_rad);
+        return;
+    }
+    for (int i = 0; i < ROW_ROWS; i++)
+        add_column(w, &(struct column){beam, part[i], beyond},
+                   i + 1 == ROW_ROWS ? to_rad : fmin(az + row_share[i + 1] * half, to_rad));
 }
 
 static void add_beams(struct writing *w, const struct row_beam *beam, size_t n)
 {
     const struct row_shape *shape = w->shape;
-    w->end_rad = shape->from_rad;
-    w->room->tan_az[0] = tan(shape->from_rad);
+    w->end_rad = fmin(shape->from_rad, shape->outer_rad[0]);
+    w->room->tan_az[0] = tan(w->end_rad);
+    add_beam(w, &beam[0], true, shape->from_rad);
     for (size_t i = 0; i < n; i++) {
-        const bool first = i == 0, last = i + 1 == n, gap = !last && is_apart(shape, &beam[i], &beam[i + 1]);
-        if (first ? !shape->goes_on[0] : is_apart(shape, &beam[i - 1], &beam[i]))
-            add_left_end(w, &beam[i]);
+        const bool last = i + 1 == n, gap = !last && is_apart(shape, &beam[i], &beam[i + 1]);
         const double middle = last ? shape->to_rad : (beam[i].az_rad + beam[i + 1].az_rad) / 2;
         const double to_rad = gap ? fmin(beam[i].az_rad + shape->half_az_rad, middle - ROW_TOUCH_RAD / 2) : middle;
-        if (last ? !shape->goes_on[1] : gap)
-            add_right_end(w, &beam[i], to_rad);
-        else
-            add_column(w, &beam[i], PART_AXIS, to_rad);
+        add_beam(w, &beam[i], false, to_rad);
         if (gap)
-            add_column(w, &beam[i], PART_NOTHING,
+            add_column(w, &(struct column){&beam[i], PART_NOTHING, false},
                        fmax(beam[i + 1].az_rad - shape->half_az_rad, middle + ROW_TOUCH_RAD / 2));
+        else if (!last && w->nested)
+            w->edges = w->edges || part_at(shape, middle - beam[i].az_rad) == PART_EDGE;
     }
+    add_beam(w, &beam[n - 1], true, shape->outer_rad[1]);
 }
 
-/* The edge detects from edge_near_m on: where other rows begin nearer, they say nothing of it. */
+/* The edge detects from edge_near_m on: where other rows begin nearer, they say nothing of it. Where beams have only
+ * their edges between them, all of the row begins there. */
 static void write_cells(const struct writing *w)
 {
-    const bool edge_later = w->shape->edge_near_m > w->shape->near_m;
+    const bool edge_later = !w->edges && w->shape->edge_near_m > w->shape->near_m;
     for (uint32_t i = 0; i < w->columns; i++) {
         const struct row_beam *beam = w->column[i].beam;
         const enum part part = w->column[i].part;
@@ -96,7 +117,8 @@ static void write_cells(const struct writing *w)
         const double to_m[ROW_ROWS] = {beam->edge_m, side_m, axis_m, side_m, beam->edge_m};
         for (uint32_t row = 0; row < ROW_ROWS; row++)
             w->room->cell[row * w->columns + i] =
-                part == PART_NOTHING ? cell_of(0, INFINITY) : cell_of(to_m[row], beam->ends_m);
+                part == PART_NOTHING ? cell_of(0, INFINITY)
+                                     : cell_of(to_m[row], w->column[i].beyond ? INFINITY : beam->ends_m);
     }
 }
 
@@ -104,6 +126,9 @@ void row_write(struct water_record *record, struct row_room *room, const struct 
                const struct row_beam *beam, size_t n)
 {
     struct writing w = {.shape = shape, .room = room};
+    for (size_t i = 0; i < n; i++)
+        w.nested = w.nested || is_nested(&beam[i]);
+    w.coarse = n * (ROW_ROWS + 1) + ROW_ENDS > WATER_COLUMNS;
     add_beams(&w, beam, n);
     write_cells(&w);
     record->echoes = false;
@@ -112,9 +137,9 @@ void row_write(struct water_record *record, struct row_room *room, const struct 
     for (int row = 0; row <= ROW_ROWS; row++)
         room->tan_el[row] = tan(shape->el_rad + row_share[row] * shape->half_el_rad);
     for (int row = 0; row < ROW_ROWS; row++)
-        room->near_m[row] =
-            fmax(shape->join_m[row],
-                 row == 0 || row + 1 == ROW_ROWS ? fmax(shape->near_m, shape->edge_near_m) : shape->near_m);
+        room->near_m[row] = fmax(shape->join_m[row], row == 0 || row + 1 == ROW_ROWS || w.edges
+                                                         ? fmax(shape->near_m, shape->edge_near_m)
+                                                         : shape->near_m);
     record->image = (struct water_image){.columns = (uint16_t)w.columns,
                                          .rows = ROW_ROWS,
                                          .tan_az = room->tan_az,

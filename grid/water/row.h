@@ -30,8 +30,8 @@ struct row_shape {
     double el_rad, half_el_rad; /* together within 80 degrees */
     double near_m, edge_near_m; /* they detect from there on; at their edges ... */
     double join_m[ROW_ROWS];    /* ... and no two of them leave a gap between them, by row of the image */
-    double from_rad, to_rad;    /* azimuths where the first begins and the last ends ... */
-    bool goes_on[2];            /* ... and whether there a beam follows that is not among them */
+    double from_rad, to_rad;    /* azimuths where the first one's own part begins and the last one's ends ... */
+    double outer_rad[2];        /* ... and their openings: in between nothing ends what is older */
 };
 
 /* Room for a row; the record's image points into it. */
@@ -44,9 +44,10 @@ struct row_room {
 
 /**
  * row_write - the image of n beams whose azimuths grow. Between two that are farther apart than they are wide nothing
- * is said. A beam that has no neighbour on a side is free there only as far as at its side and its edge, as above and
- * below its axis. 1 <= n, and n, the gaps and ROW_ENDS for each beam beside one and for the ends are at most
- * WATER_COLUMNS.
+ * is said. Off its axis a beam is free only as far as at its side and its edge, to the left and right as above and below;
+ * where it ends halfway to a neighbour, too. Of a row that would have too many columns for that each beam is free as far
+ * as in the worst of its own part. 1 <= n, and n, the gaps and ROW_ENDS for each beam beside one and for the ends are at
+ * most WATER_COLUMNS.
  */
 void row_write(struct water_record *record, struct row_room *room, const struct row_shape *shape,
                const struct row_beam *beam, size_t n);

@@ -6,6 +6,8 @@
 
 #define WIDEST_RAD (60 * GEO_PI / 180)
 #define CUT_RAD    (80 * GEO_PI / 180)
+#define WIDE_RAD                                                                                                  \
+    (5 * GEO_PI / 180)  /* tiles lie in one beam of twice as much, unless it turns by a quarter of that */
 #define STANDS_RAD 1e-6 /* a head that has turned by less stands */
 #define LOST_MOST  4    /* pings between two that follow each other in a row */
 
@@ -84,6 +86,7 @@ static bool joins(const struct sweep *s, const struct sweep_look *next)
     return next->at.seq - last->at.seq - 1 <= LOST_MOST && next->at.t_ns >= last->at.t_ns &&
            next->shape.el_rad == last->shape.el_rad && next->shape.half_az_rad == last->shape.half_az_rad &&
            next->shape.half_el_rad == last->shape.half_el_rad && fabs(turn) > STANDS_RAD &&
+           (next->shape.half_az_rad < WIDE_RAD || fabs(turn) > next->shape.half_az_rad / 2) &&
            fabs(turn) < WIDEST_RAD && turn * s->sense >= 0;
 }
 
@@ -247,7 +250,7 @@ void sweep_write(const struct sweep *s, struct water_record *record, struct row_
                  end = end_of(s, &middle->at, last, -1);
     shape.from_rad = fmax(n == 1 ? -shape.half_az_rad : fmin(begin, end), -CUT_RAD);
     shape.to_rad = fmin(n == 1 ? shape.half_az_rad : fmax(begin, end), CUT_RAD);
-    if (n > 1)
-        shape.goes_on[s->sense < 0] = goes_on;
+    shape.outer_rad[0] = fmax(fmin(beam[0].az_rad - shape.half_az_rad, shape.from_rad), -CUT_RAD);
+    shape.outer_rad[1] = fmin(fmax(beam[n - 1].az_rad + shape.half_az_rad, shape.to_rad), CUT_RAD);
     row_write(record, room, &shape, beam, (size_t)n);
 }

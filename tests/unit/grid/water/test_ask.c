@@ -413,8 +413,11 @@ TEST(no_rope_is_passed_by_tiles)
     static struct row_room room;
     static struct water_record record = {.axis = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
     const double width = geo_rad(120.0 / 512);
-    const struct row_shape shape = {
-        .half_az_rad = width / 2, .half_el_rad = geo_rad(12.5), .from_rad = -geo_rad(60), .to_rad = geo_rad(60)};
+    const struct row_shape shape = {.half_az_rad = width / 2,
+                                    .half_el_rad = geo_rad(12.5),
+                                    .from_rad = -geo_rad(60),
+                                    .to_rad = geo_rad(60),
+                                    .outer_rad = {-geo_rad(60), geo_rad(60)}};
     int passed = 0, free_before = 0;
     for (int i = 0; i < 2000; i++) {
         const double az = geo_rad(uniform(-30, 30)), range = uniform(4, 9);

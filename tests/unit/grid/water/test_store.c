@@ -14,7 +14,7 @@
 static const struct store_conf conf = {.beams = {MOST, MOST}, .spare = 1};
 static struct store *store;
 static struct pose pose;
-static struct beam_echoes beam[MOST];
+static struct beam_echoes beam[128];
 static struct echoes ping;
 
 static void begin(uint16_t beams, double wide_deg)
@@ -399,6 +399,46 @@ TEST(off_its_axis_a_beam_frees_no_more_than_it_detects)
     CHECK_NEAR(free_at(0, 5), 7, 0, 0.13);
 }
 
+/* Halfway to a neighbour a beam detects as at its edge, where they do not overlap; with too many beams for columns of
+ * their own all of each is free as far as that. */
+TEST(between_two_beams_no_more_is_free_than_they_detect_there)
+{
+    for (int many = 0; many < 2; many++) {
+        begin(many ? 100 : 5, many ? 1.5 : 20);
+        for (int i = 0; i < ping.n_beams; i++) {
+            beam[i].off_axis = true;
+            beam[i].side_to_m = 7;
+            beam[i].edge_from_m = 1.5f;
+            beam[i].edge_to_m = 3;
+        }
+        send();
+        CHECK_NEAR(free_from(1.8, many ? 0 : 10, 0), 3, 0, 0.13);
+        CHECK_NEAR(free_from(1.8, many ? 0.75 : 0, 0), many ? 3 : 10, 0, 0.13);
+        CHECK(free_from(1, many ? 0 : 10, 0) <= 1);
+        if (!many)
+            CHECK_NEAR(free_from(1.8, 3.75, 0), 7, 0, 0.13);
+    }
+}
+
+/* A beam so wide that a tile lies in it is a record of its own while the vehicle turns; and a row is as wide as the
+ * opening of its first beam. */
+TEST(what_a_beam_alone_frees_no_other_takes_away)
+{
+    begin(1, 30);
+    for (int i = 0; i < 20; i++)
+        send_at(2 * i);
+    CHECK_INT(newest(0)->t_ns, newest(0)->newest_ns);
+    CHECK_NEAR(free_at(25, 0), 10, 0, 0.13);
+    begin(1, 8);
+    for (int i = 0; i < 40; i++)
+        send_at(i);
+    static struct water_view view[ASK_RECORDS];
+    look(view);
+    struct ask_question q = {.half_rad = geo_rad(0.1), .near_m = START_M, .to_m = 12};
+    geo_direction(geo_rad(19.5), 0, q.axis);
+    CHECK_NEAR(ask_free(view, 1, &q).free_to_m, 10, 0, 0.13);
+}
+
 TEST(what_is_wider_than_a_row_is_cut)
 {
     begin(1, 178);
@@ -523,6 +563,8 @@ int main(void)
     RUN(way_uncertainty_and_drift_make_water_smaller);
     RUN(a_lost_sonar_ends_water_and_frees_none);
     RUN(off_its_axis_a_beam_frees_no_more_than_it_detects);
+    RUN(between_two_beams_no_more_is_free_than_they_detect_there);
+    RUN(what_a_beam_alone_frees_no_other_takes_away);
     RUN(what_is_wider_than_a_row_is_cut);
     RUN(beams_to_the_left_are_as_good_as_those_to_the_right);
     RUN(beams_at_other_elevations_are_rows_of_their_own);
