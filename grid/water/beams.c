@@ -51,11 +51,21 @@ static double azimuth_of(const struct beam_echoes *h)
     return geo_wrap_pi((double)h->az_rad);
 }
 
+/* Of a ping whose place or bearings are known no better than this, an echo may be nearly anywhere: what older pings found
+ * free only ages, as in the grid's cells. What a late reading is uncertain by is no reason: that way is known. */
+#define LOOSE_M   0.1
+#define LOOSE_RAD (1.25 * GEO_PI / 180)
+
+static bool is_loose(const struct pose *pose)
+{
+    return pose->uncertain_m > LOOSE_M || pose->uncertain_rad > LOOSE_RAD;
+}
+
 /* Deaf once, it says nothing: a burst of noise, a lost pulse. Twice, something may be in front of it. */
-static struct row_beam beam_of(const struct beam_echoes *h, bool deaf_before)
+static struct row_beam beam_of(const struct beam_echoes *h, bool deaf_before, bool loose)
 {
     struct row_beam b = {.az_rad = azimuth_of(h), .ends_m = INFINITY};
-    if (h->n > 0 || (is_deaf(h) && deaf_before))
+    if (frees(h) ? h->n > 0 && !loose : h->n > 0 || deaf_before)
         b.ends_m = frees(h) ? (double)h->free_to_m : 0;
     if (!frees(h))
         return b;
@@ -154,7 +164,7 @@ bool beams_read(const struct echoes *e, const struct beams_deaf *deaf, uint16_t 
     for (uint16_t k = first; k < end; k++) {
         const uint16_t i = falls ? (uint16_t)(first + end - 1 - k) : k; /* they are sorted at no cost */
         const struct beam_echoes *h = &e->beam[i];
-        struct row_beam b = beam_of(h, was_deaf(deaf, e, i));
+        struct row_beam b = beam_of(h, was_deaf(deaf, e, i), is_loose(&e->pose));
         if (e->n_beams > 1 && fabs(b.az_rad) >= WIDEST_RAD)
             continue;
         if (frees(h) && (double)h->blind_m > late_m)

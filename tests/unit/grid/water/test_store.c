@@ -292,6 +292,31 @@ TEST(old_water_is_free_no_more)
     CHECK(free_at(5, 0) <= START_M);
 }
 
+/* An echo that may be nearly anywhere leaves older water as it is; one of the vehicle's own does not. */
+TEST(a_ping_whose_pose_is_hardly_known_ends_nothing)
+{
+    begin(9, 3);
+    send();
+    pose.uncertain_rad = geo_rad(5);
+    beam[4].n = 1;
+    beam[4].free_to_m = 4;
+    send();
+    pose.uncertain_rad = 0;
+    CHECK_NEAR(free_at(0, 0), 10, 0, 0.13);
+    pose.uncertain_rad = geo_rad(1);
+    send();
+    pose.uncertain_rad = 0;
+    CHECK_NEAR(free_at(0, 0), 4, 0, 0.2);
+    begin(9, 3);
+    send();
+    pose.uncertain_m = 0.2;
+    beam[4].n = 1;
+    beam[4].echo[0] = (struct echo){.range_m = 2, .near_m = 1.9f, .flags = ECHO_OWN};
+    beam[4].free_to_m = 0;
+    send();
+    CHECK(free_at(0, 0) <= START_M);
+}
+
 TEST(poses_that_break_make_all_unknown)
 {
     for (int kind = 0; kind < 4; kind++) {
@@ -557,6 +582,7 @@ int main(void)
     RUN(a_fan_is_thinned_and_what_one_ping_alone_shows_is_kept);
     RUN(a_fan_that_moves_is_kept);
     RUN(old_water_is_free_no_more);
+    RUN(a_ping_whose_pose_is_hardly_known_ends_nothing);
     RUN(poses_that_break_make_all_unknown);
     RUN(small_steps_between_pings_are_no_jump);
     RUN(without_an_attitude_water_lies_in_the_bodys_axes);
