@@ -51,8 +51,8 @@ static double azimuth_of(const struct beam_echoes *h)
     return geo_wrap_pi((double)h->az_rad);
 }
 
-/* Of a ping whose place or bearings are known no better than this, an echo may be nearly anywhere: what older pings found
- * free only ages, as in the grid's cells. What a late reading is uncertain by is no reason: that way is known. */
+/* Of a ping whose place or bearings are known no better than this, an echo may be nearly anywhere: what older pings
+ * found free only ages, as in the grid's cells. What a late reading is uncertain by is no reason: that way is known. */
 #define LOOSE_M   0.1
 #define LOOSE_RAD (1.25 * GEO_PI / 180)
 

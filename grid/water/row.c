@@ -63,8 +63,8 @@ static enum part part_at(const struct row_shape *shape, double off_rad)
     return share <= row_share[3] ? PART_AXIS : share <= row_share[4] ? PART_SIDE : PART_EDGE;
 }
 
-/* What of a beam lies before to_rad, from where the last column ends: what is off its axis in columns of its own, or the
- * worst of it for all. */
+/* What of a beam lies before to_rad, from where the last column ends: what is off its axis in columns of its own, or
+ * the worst of it for all. */
 static void add_beam(struct writing *w, const struct row_beam *beam, bool beyond, double to_rad)
 {
     static const enum part part[] = {PART_EDGE, PART_SIDE, PART_AXIS, PART_SIDE, PART_EDGE};

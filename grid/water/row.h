@@ -44,10 +44,10 @@ struct row_room {
 
 /**
  * row_write - the image of n beams whose azimuths grow. Between two that are farther apart than they are wide nothing
- * is said. Off its axis a beam is free only as far as at its side and its edge, to the left and right as above and below;
- * where it ends halfway to a neighbour, too. Of a row that would have too many columns for that each beam is free as far
- * as in the worst of its own part. 1 <= n, and n, the gaps and ROW_ENDS for each beam beside one and for the ends are at
- * most WATER_COLUMNS.
+ * is said. Off its axis a beam is free only as far as at its side and its edge, to the left and right as above and
+ * below; where it ends halfway to a neighbour, too. Of a row that would have too many columns for that each beam is
+ * free as far as in the worst of its own part. 1 <= n, and n, the gaps and ROW_ENDS for each beam beside one and for
+ * the ends are at most WATER_COLUMNS.
  */
 void row_write(struct water_record *record, struct row_room *room, const struct row_shape *shape,
                const struct row_beam *beam, size_t n);

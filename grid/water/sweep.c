@@ -135,8 +135,9 @@ bool sweep_add(struct sweep *s, const struct water_record *at, const struct beam
 /* ---- the row ---- */
 
 /*
- * Where the axes of all beams come nearest to meet, level, in the middle one's axes: a head on its way looks from there.
- * Rather from the middle beam's own place the higher the beams are: from elsewhere a range says less of what is high.
+ * Where the axes of all beams come nearest to meet, level, in the middle one's axes: a head on its way looks from
+ * there. Rather from the middle beam's own place the higher the beams are: from elsewhere a range says less of what is
+ * high.
  * No farther ahead than where a beam begins to detect.
  */
 static void meet(const struct sweep *s, const struct sweep_look *middle, double at_m[2])
