@@ -498,7 +498,7 @@ static void write_records(struct json_out *out, const struct scene *s)
         json_member_null(out, "water");
         return;
     }
-    const struct ask_answer water = ask_end(&s->ask);
+    const struct ask_answer water = ask_end(&s->ask, 0);
     json_member_open(out, "water", '{');
     json_member_metres(out, "free_from_m", s->question.near_m);
     json_member_metres(out, "free_to_m", water.free_to_m);

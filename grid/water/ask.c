@@ -157,7 +157,7 @@ static void part_at(struct ask_tile *w, const struct ask_tile *now, int record)
 static void pass_record(struct ask *a, const struct water_tile *cone, int i)
 {
     struct ask_pass *p = &a->pass;
-    struct ask_stretch touched = {a->question.near_m, a->question.to_m};
+    struct ask_stretch touched = {p->tile.asked.from_m, p->now.limit_m};
     struct sieve s = {.limit_m = p->now.limit_m, .mixed = &p->mixed};
     a->judged++;
     if (p->tile.out[i / 64] >> (i % 64) & 1)
@@ -190,6 +190,9 @@ static bool end_pass(struct ask *a)
         pass_record(a, &cone, p->record);
     }
     w->free_to_m = now->n && now->open[0].from_m < now->limit_m ? now->open[0].from_m : now->limit_m;
+    w->measure_m = w->free_to_m >= w->asked.to_m
+                       ? w->goal_m
+                       : fmin(question_measure(&a->question, &cone, w->free_to_m), w->goal_m);
     w->mixed = is_mixed_at(&p->mixed, w->free_to_m);
     memcpy(w->all, now->used, sizeof w->all);
     return true;
@@ -197,25 +200,34 @@ static bool end_pass(struct ask *a)
 
 /* ---- all tiles ---- */
 
-/* Has the tile any direction of the question? */
-static bool is_asked(const struct ask *a, const struct tile_index *tile)
+/* So far may the question still be free in a part of the run. */
+static double best_in(const struct ask *a, const struct question_run *run)
 {
-    const struct water_tile cone = tiles_cone(tile);
-    const double reach = a->question.half_rad + cone.half_rad;
-    return reach >= GEO_PI || geo_dot(cone.v, a->question.axis) >= cos(reach) - 1e-12;
+    double best_m = 0;
+    for (size_t k = 0; k < run->n; k++)
+        best_m = fmax(best_m, a->part[(run->at + k) % a->question.parts].best_m);
+    return best_m;
 }
 
 static void settle(struct ask *a, const struct ask_tile *w)
 {
-    a->best_m = fmin(a->best_m, w->free_to_m);
-    for (int i = 0; i < ASK_WORDS; i++)
-        a->used[i] |= w->all[i];
+    const struct water_tile cone = tiles_cone(&w->tile);
+    for (size_t k = 0; k < w->run.n; k++) {
+        struct ask_part *part = &a->part[(w->run.at + k) % a->question.parts];
+        for (int i = 0; i < ASK_WORDS; i++)
+            part->used[i] |= w->all[i];
+        if (w->measure_m >= part->best_m)
+            continue;
+        part->best_m = w->measure_m;
+        memcpy(part->at, cone.v, sizeof part->at);
+    }
+    a->over = a->question.asked.stops && a->part[0].best_m < a->question.asked.to_m;
 }
 
 /* A tile that was passed: its parts are asked, where that can make the answer longer. */
 static void open_tile(struct ask *a, const struct ask_tile *w)
 {
-    if (w->free_to_m >= a->best_m || !w->mixed || w->tile.level + 1 == TILES_LEVELS) {
+    if (w->measure_m >= best_in(a, &w->run) || !w->mixed || w->tile.level + 1 == a->question.asked.levels) {
         settle(a, w);
         return;
     }
@@ -224,13 +236,37 @@ static void open_tile(struct ask *a, const struct ask_tile *w)
     level->tried = level->n = level->next = 0;
 }
 
+/* What of the tile is asked, for the question up to goal_m; false: nothing. */
+static bool aim(const struct ask *a, struct ask_tile *w, double goal_m)
+{
+    const struct water_tile cone = tiles_cone(&w->tile);
+    w->run = question_run(&a->question, &cone);
+    w->goal_m = fmin(goal_m, best_in(a, &w->run));
+    return w->run.n > 0 && question_stretch(&a->question, &cone, w->goal_m, &w->asked);
+}
+
+/* Leaves out what is open before from_m. */
+static void open_from(struct ask_tile *w, double from_m)
+{
+    int n = 0;
+    for (int i = 0; i < w->n; i++)
+        if (w->open[i].to_m > from_m)
+            w->open[n++] = (struct ask_stretch){fmax(w->open[i].from_m, from_m), w->open[i].to_m};
+    w->n = n;
+}
+
 static void begin_part(struct ask *a, struct ask_level *level)
 {
+    const struct ask_stretch whole = level->whole.asked;
     struct ask_tile one = level->whole;
     one.tile = tiles_part(&level->whole.tile, level->tried++);
-    if (!is_asked(a, &one.tile))
+    if (!aim(a, &one, level->whole.goal_m))
         return;
-    one.limit_m = fmin(one.limit_m, a->best_m);
+    one.asked = (struct ask_stretch){fmax(one.asked.from_m, whole.from_m), fmin(one.asked.to_m, whole.to_m)};
+    if (one.asked.from_m >= one.asked.to_m)
+        return;
+    one.limit_m = fmin(one.limit_m, one.asked.to_m);
+    open_from(&one, one.asked.from_m);
     begin_pass(a, &one);
     a->pass.of = ASK_PART;
 }
@@ -241,7 +277,7 @@ static void take_part(struct ask *a)
     struct ask_level *level = &a->level[a->levels - 1];
     const struct ask_tile *one = &a->pass.tile;
     int at = level->n++;
-    for (; at > 0 && level->part[at - 1].free_to_m > one->free_to_m; at--)
+    for (; at > 0 && level->part[at - 1].measure_m > one->measure_m; at--)
         level->part[at] = level->part[at - 1];
     level->part[at] = *one;
 }
@@ -258,11 +294,16 @@ static void refine(struct ask *a)
         a->levels--;
 }
 
-static void begin_root(struct ask *a, const struct tile_index *root)
+/* False: nothing of it is asked. */
+static bool begin_root(struct ask *a, const struct tile_index *root)
 {
-    struct ask_tile w = {.tile = *root, .n = 1, .limit_m = a->best_m};
-    w.open[0] = (struct ask_stretch){a->question.near_m, a->best_m};
+    struct ask_tile w = {.tile = *root, .n = 1};
+    if (!aim(a, &w, INFINITY))
+        return false;
+    w.limit_m = w.asked.to_m;
+    w.open[0] = w.asked;
     begin_pass(a, &w);
+    return true;
 }
 
 static void sort(struct ask_root *root, int n)
@@ -271,43 +312,18 @@ static void sort(struct ask_root *root, int n)
         for (int i = gap; i < n; i++) {
             const struct ask_root one = root[i];
             int at = i;
-            for (; at >= gap && root[at - gap].free_to_m > one.free_to_m; at -= gap)
+            for (; at >= gap && root[at - gap].measure_m > one.measure_m; at -= gap)
                 root[at] = root[at - gap];
             root[at] = one;
         }
-}
-
-/* The columns of a row of roots that the question may touch: *n of them from the one that is returned on, past the last
- * one too. */
-static uint32_t columns_asked(const struct ask *a, uint32_t row, uint32_t *n)
-{
-    const struct tile_index first = {0, (uint16_t)row, 0};
-    const struct water_tile cone = tiles_cone(&first);
-    const uint32_t columns = tiles_columns(row);
-    const double reach = a->question.half_rad + cone.half_rad, wide = GEO_TURN / columns;
-    double az, el;
-    geo_angles(a->question.axis, &az, &el);
-    const double row_el = asin(-cone.v[2]);
-    *n = 0;
-    if (fabs(row_el - el) > reach)
-        return 0;
-    /* the cone's own azimuths reach asin(sin(reach) / cos(el)) to each side, unless it holds a pole */
-    if (fabs(el) + reach >= GEO_PI / 2) {
-        *n = columns;
-        return 0;
-    }
-    const double aside = asin(fmin(1, sin(reach) / cos(el)));
-    const int from = (int)floor((az - aside) / wide), to = (int)floor((az + aside) / wide);
-    *n = (uint32_t)(to - from + 1) < columns ? (uint32_t)(to - from + 1) : columns;
-    return (uint32_t)(from + (int)columns) % columns;
 }
 
 /* After the first pass over a root: settled, or on the list. */
 static void list_root(struct ask *a)
 {
     const struct ask_tile *w = &a->pass.tile;
-    if (w->mixed && w->free_to_m < a->best_m)
-        a->root[a->roots++] = (struct ask_root){w->free_to_m, w->tile};
+    if (w->mixed && w->measure_m < best_in(a, &w->run))
+        a->root[a->roots++] = (struct ask_root){w->measure_m, w->tile};
     else
         settle(a, w);
 }
@@ -316,21 +332,21 @@ void ask_begin(struct ask *a, const struct water_view *view, int n, const struct
 {
     a->view = view;
     a->n = n;
-    a->question = *question;
-    a->best_m = question->to_m;
-    memset(a->used, 0, sizeof a->used);
+    question_begin(&a->question, question);
+    for (size_t k = 0; k < a->question.parts; k++)
+        a->part[k] = (struct ask_part){.best_m = question->to_m};
     a->row = 0;
     a->roots = a->next = a->levels = 0;
     a->pass.of = ASK_NO_TILE;
-    a->sorted = false;
-    a->column = columns_asked(a, 0, &a->columns_left);
+    a->sorted = a->over = false;
+    a->column = question_columns(&a->question, 0, &a->columns_left);
 }
 
 /* The next root of the rows; false: there is none left. */
 static bool next_root(struct ask *a, struct tile_index *root)
 {
     while (a->columns_left == 0 && a->row + 1 < TILES_ROWS)
-        a->column = columns_asked(a, ++a->row, &a->columns_left);
+        a->column = question_columns(&a->question, ++a->row, &a->columns_left);
     if (a->columns_left == 0)
         return false;
     *root = (struct tile_index){0, (uint16_t)a->row, (uint16_t)a->column};
@@ -348,10 +364,8 @@ static bool begin_tile(struct ask *a)
         return true;
     }
     if (!a->sorted && next_root(a, &root)) {
-        if (is_asked(a, &root)) {
-            begin_root(a, &root);
+        if (begin_root(a, &root))
             a->pass.of = ASK_ROOT;
-        }
         return true;
     }
     if (!a->sorted)
@@ -359,8 +373,8 @@ static bool begin_tile(struct ask *a)
     a->sorted = true;
     if (a->next == a->roots)
         return false;
-    begin_root(a, &a->root[a->next++].tile);
-    a->pass.of = ASK_ROOT_AGAIN;
+    if (begin_root(a, &a->root[a->next++].tile))
+        a->pass.of = ASK_ROOT_AGAIN;
     return true;
 }
 
@@ -377,7 +391,7 @@ static void end_tile(struct ask *a)
 
 bool ask_step(struct ask *a)
 {
-    for (a->judged = 0; a->judged < STEP_JUDGED;) {
+    for (a->judged = 0; a->judged < STEP_JUDGED && !a->over; a->judged++) {
         if (a->pass.of != ASK_NO_TILE) {
             if (!end_pass(a))
                 return true;
@@ -385,14 +399,15 @@ bool ask_step(struct ask *a)
         } else if (!begin_tile(a))
             return false;
     }
-    return true;
+    return !a->over;
 }
 
-struct ask_answer ask_end(const struct ask *a)
+struct ask_answer ask_end(const struct ask *a, size_t part)
 {
-    struct ask_answer answer = {.free_to_m = a->best_m, .oldest = -1};
+    const struct ask_part *p = &a->part[part];
+    struct ask_answer answer = {.free_to_m = p->best_m, .at = {p->at[0], p->at[1], p->at[2]}, .oldest = -1};
     for (int i = 0; i < a->n; i++)
-        if (a->used[i / 64] >> (i % 64) & 1) {
+        if (p->used[i / 64] >> (i % 64) & 1) {
             answer.records++;
             answer.oldest = i;
         }

@@ -6,36 +6,26 @@
 #ifndef SONARD_WATER_ASK_H
 #define SONARD_WATER_ASK_H
 
-#include "tiles.h"
+#include "question.h"
 
 #define ASK_RECORDS 512
 
-struct ask_question {
-    double axis[3];  /* unit vector, NED */
-    double half_rad; /* of the cone around it, [0, pi] */
-    double near_m;   /* water nearer than this is not asked about */
-    double to_m;     /* how far, > near_m; at most 600 */
-};
-
 struct ask_answer {
-    double free_to_m; /* free from near_m to here; near_m: nothing is */
+    double free_to_m; /* free to here, in the question's measure; of a cone or a part near_m: nothing is */
+    double at[3];     /* in which direction, NED, it is free no farther; 0 0 0: it is so far as was asked */
     int records;      /* it rests on so many ... */
     int oldest;       /* ... of which this is the oldest; -1: none */
 };
 
 /* A root tile whose parts are to be asked, by what its first pass found. */
 struct ask_root {
-    double free_to_m;
+    double measure_m;
     struct tile_index tile;
 };
 
 #define ASK_MIXED 16
 #define ASK_OPEN  24 /* stretches of a tile of which nobody has said anything */
 #define ASK_WORDS (ASK_RECORDS / 64)
-
-struct ask_stretch {
-    double from_m, to_m;
-};
 
 /* What is known of a tile before record `next`, and how far it is free by all of them. */
 struct ask_tile {
@@ -46,7 +36,10 @@ struct ask_tile {
     int next, n;
     double limit_m; /* nothing is free from there on */
     struct ask_stretch open[ASK_OPEN];
-    double free_to_m;
+    struct question_run run;
+    double goal_m;            /* it is asked for the question so far, in its measure ... */
+    struct ask_stretch asked; /* ... and that is this stretch */
+    double free_to_m, measure_m;
     bool mixed; /* its parts may be free farther */
 };
 
@@ -73,13 +66,19 @@ struct ask_level {
     int n, next;             /* parts that the question touches; the next one to be asked about its own parts */
 };
 
+/* A part of the question, by the tiles that are settled. */
+struct ask_part {
+    double best_m, at[3];
+    uint64_t used[ASK_WORDS]; /* set of the records that they rest on */
+};
+
 /* A question on its way. */
 struct ask {
     const struct water_view *view;
     int n;
-    struct ask_question question;
-    double best_m;                      /* of the tiles that are settled */
-    uint64_t used[ASK_WORDS];           /* set of the records that these rest on */
+    struct question_shape question;
+    struct ask_part part[ASK_PARTS];
+    bool over;                          /* nothing that is left can change what was asked */
     uint32_t row, column, columns_left; /* of the roots: the next one */
     bool sorted;
     struct ask_root root[TILES_ROOTS]; /* not settled yet, the worst first once they are sorted */
@@ -97,7 +96,7 @@ void ask_begin(struct ask *a, const struct water_view *view, int n, const struct
  * at the most. */
 bool ask_step(struct ask *a);
 
-/** ask_end - the answer, once ask_step has nothing left. */
-struct ask_answer ask_end(const struct ask *a);
+/** ask_end - the answer about a part, once ask_step has nothing left. */
+struct ask_answer ask_end(const struct ask *a, size_t part);
 
 #endif

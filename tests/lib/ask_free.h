@@ -11,7 +11,7 @@ static inline struct ask_answer ask_free(const struct water_view *view, int n, c
     ask_begin(&ask, view, n, question);
     while (ask_step(&ask))
         ;
-    return ask_end(&ask);
+    return ask_end(&ask, 0);
 }
 
 #endif

@@ -340,7 +340,8 @@ static struct score sail_and_ask(const struct sonar *s, int questions)
         from[k] = last->place[k] + uniform(-0.03, 0.03);
     look_from(from, last);
     for (int i = 0; i < questions; i++) {
-        struct ask_question q = {.half_rad = geo_rad(uniform(0.5, 5)), .near_m = 0.5, .to_m = uniform(3, 10)};
+        const double half = geo_rad(uniform(0.5, 5)), to_m = uniform(3, 10);
+        struct ask_question q = {.half_rad = half, .near_m = 0.5, .to_m = to_m};
         /* mostly of what a fan has before it */
         const double ahead = atan2(last->axis[0][1], last->axis[0][0]);
         geo_direction(s->turns || i % 4 == 0 ? uniform(0, GEO_TURN) : ahead + uniform(-0.8, 0.8),
@@ -392,7 +393,8 @@ TEST(less_of_a_question_is_free_at_least_as_far)
     look_from(ping[pings - 1].place, &ping[pings - 1]);
     int free_m = 0;
     for (int i = 0; i < 60; i++) {
-        struct ask_question q = {.half_rad = geo_rad(uniform(0, 8)), .near_m = 0.5, .to_m = uniform(1, 10)};
+        const double half = geo_rad(uniform(0, 8)), to_m = uniform(1, 10);
+        struct ask_question q = {.half_rad = half, .near_m = 0.5, .to_m = to_m};
         geo_direction(uniform(0, GEO_TURN), geo_rad(uniform(-6, 6)), q.axis);
         const double all_m = ask_free(view, records, &q).free_to_m;
         struct ask_question less = q;
