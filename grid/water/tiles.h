@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * tiles - all directions, divided once and for all, in NED: 36 rows of 5 degrees, and each tile into four, three times.
+ * tiles - all directions, divided once and for all, in NED: 36 rows of 5 degrees, and each tile into four, five times.
  * A question asks all tiles that it touches. So a larger one asks all that a smaller one asks, and growing a question
  * never turns it clear.
  */
@@ -13,7 +13,7 @@
 #include "decide.h"
 
 #define TILES_ROWS   36
-#define TILES_LEVELS 4    /* 5, 2.5, 1.25 and 0.625 degrees */
+#define TILES_LEVELS 6    /* 5, 2.5, 1.25, 0.625, 0.31 and 0.16 degrees */
 #define TILES_ROOTS  2016 /* in all rows */
 
 /* Row 0 is the lowest, column 0 begins at north. */
