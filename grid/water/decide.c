@@ -20,6 +20,7 @@ struct deciding {
     const struct water_view *view;
     double v[3]; /* ahead, right, up */
     double half_rad;
+    double grid_m; /* ranges are divided at its multiples */
     struct water_pieces *out;
 };
 
@@ -228,15 +229,15 @@ static struct water_piece judge(const struct deciding *k, const struct thick *s)
 }
 
 /* The roundest multiple of the grid between two ranges; negative: there is none. */
-static double between(double from_m, double to_m)
+static double between(double grid_m, double from_m, double to_m)
 {
-    const long first = (long)floor(from_m / WATER_GRID_M) + 1;
-    long n = (long)ceil(to_m / WATER_GRID_M) - 1;
+    const long first = (long)floor(from_m / grid_m) + 1;
+    long n = (long)ceil(to_m / grid_m) - 1;
     if (n < first)
         return -1;
     while ((n & (n - 1)) >= first)
         n &= n - 1;
-    return (double)n * WATER_GRID_M;
+    return (double)n * grid_m;
 }
 
 static void decide(const struct deciding *k, const struct point *a, const struct point *b)
@@ -246,7 +247,7 @@ static void decide(const struct deciding *k, const struct point *a, const struct
     k->out->judged++;
     const struct thick s = thick_of(k, a, b);
     const struct water_piece piece = judge(k, &s);
-    const double at_m = piece.mixed ? between(a->t_m, b->t_m) : -1;
+    const double at_m = piece.mixed ? between(k->grid_m, a->t_m, b->t_m) : -1;
     if (at_m < 0) {
         add(k->out, &piece);
         return;
@@ -281,9 +282,15 @@ static void clip_side(const struct deciding *k, double tan_az, double side, doub
     clip(ahead * at[0] + right * at[1] + thick_m, ahead * k->v[0] + right * k->v[1] + k->half_rad + rad, from, to);
 }
 
+/* Of a wide tile a short stretch is seldom told apart from the next: its parts are asked where that matters. */
+static double grid_of(const struct water_tile *tile)
+{
+    return tile->half_rad > 0.04 ? 4 * WATER_GRID_M : tile->half_rad > 0.02 ? 2 * WATER_GRID_M : WATER_GRID_M;
+}
+
 static struct deciding begin(const struct water_view *view, const struct water_tile *tile)
 {
-    struct deciding k = {.view = view, .half_rad = tile->half_rad};
+    struct deciding k = {.view = view, .half_rad = tile->half_rad, .grid_m = grid_of(tile)};
     for (int i = 0; i < 3; i++)
         k.v[i] = (i < 2 ? 1 : -1) * geo_dot(tile->v, view->record->axis[i]);
     return k;
