@@ -34,8 +34,8 @@ struct ask_body {
         drift_m[3]; /* it may be carried off by as much as it moves; what of it is along the axis does not count */
 };
 
-/* A band of elevations. Part k of `parts` is the k-th of the sectors that are centred on k * 2 pi / parts; a single part
- * reaches clockwise from from_rad, all around where width_rad is 0. */
+/* A band of elevations. Part k of `parts` is the sector centred on k * 2 pi / parts; a single part reaches clockwise
+ * from from_rad, all around where width_rad is 0. */
 struct ask_band {
     double attitude[4]; /* of the axes that the angles are in, in NED */
     double lo_rad, hi_rad;

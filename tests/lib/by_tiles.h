@@ -17,7 +17,6 @@ struct by_tiles {
     struct answer_now now;
     bool any; /* something can be said: there are poses, and pings */
     struct ask ask;
-    long steps, most_judged;
 };
 static struct by_tiles tiles;
 

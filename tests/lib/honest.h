@@ -471,8 +471,8 @@ static struct {
     long amply_clear, amply_held_back, blocked,
         why[WHYS]; /* of the latter: said to be blocked, or unknown and why */
 } count[QUESTIONS];
-/* The same question asked by tiles over the records of pings, from `near` on: what both ways say of it. Metres are those
- * beyond `near`; an obstacle that the answer tells ends them all. */
+/* The same question asked by tiles over the records of pings, from `near` on: what both ways say of it. Metres are
+ * those beyond `near`; an obstacle that the answer tells ends them all. */
 static struct {
     long asked, truly, grid, records, false_clear;
     double truly_m, grid_m, records_m;
@@ -639,7 +639,7 @@ static void ask_records(const double axis[3], double half, double to_m, const js
     json_decref(a);
 }
 
-/* Do points end what the records call free? free_m: as a function of how far points are off. */
+/* Do points end what the records call free? So far it truly is, and so far but for what is excused. */
 static bool is_false(double known_m, double free_m, double excused_m)
 {
     return !(free_m > known_m) && !(excused_m > known_m);
@@ -923,7 +923,7 @@ static double free_move(const double axis[3], double wider_m, double from_m)
     return fmax(0, first_m);
 }
 
-/* margin_m: beside the body; grid_m, echo: how far the answer has it free, and an obstacle. */
+/* margin_m: beside the body. In w: what the answer says, and up to where it tells an obstacle. */
 static void compare_move(enum question which, const double axis[3], double margin_m, double drift_m, struct ways w,
                          const json_t *of_grid)
 {
