@@ -487,7 +487,7 @@ static bool ask_on(struct scene *s)
         begin_ask(s);
     if (ask_step(&s->ask))
         return true;
-    s->oldest_record_ns = ask_end(&s->ask).oldest >= 0 ? s->view[ask_end(&s->ask).oldest].record->t_ns : 0;
+    s->oldest_record_ns = ask_end(&s->ask, 0).oldest >= 0 ? s->view[ask_end(&s->ask, 0).oldest].record->t_ns : 0;
     records_close(records, &s->reading);
     return false;
 }

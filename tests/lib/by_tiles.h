@@ -20,19 +20,22 @@ struct by_tiles {
 };
 static struct by_tiles tiles;
 
-static inline void by_tiles_ask(void *ctx, const struct pipeline_owned *owned)
+static inline void by_tiles_ask(struct by_tiles *t)
 {
     static struct water_view view[ASK_RECORDS];
-    struct by_tiles *t = ctx;
+    static struct records_reading reading;
     const struct answer_conf limits = grid_limits(pipeline_grid(d.pipeline, 0));
     const struct store_now now = {.now_ns = t->now.now_ns,
                                   .pose = &t->now.pose,
                                   .clear_for_s = limits.clear_for_s,
                                   .move_limit_m = limits.move_limit_m,
                                   .lost = t->now.lost};
-    ask_begin(&t->ask, view, store_view(owned->water, &now, view), &t->question);
+    struct records *records = pipeline_records(d.pipeline);
+    records_open(records, &reading);
+    ask_begin(&t->ask, view, records_view(records, &reading, &now, view), &t->question);
     while (ask_step(&t->ask))
         ;
+    records_close(records, &reading);
 }
 
 /* A question, to be filled in; axis is the body's. */
@@ -78,7 +81,7 @@ static inline bool by_tiles_end(void)
 {
     if (!tiles.any || tiles.question.to_m <= tiles.question.near_m)
         return false;
-    owner_run_now(d.pipeline, by_tiles_ask, &tiles);
+    by_tiles_ask(&tiles);
     return true;
 }
 

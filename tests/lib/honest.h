@@ -476,7 +476,7 @@ static struct {
 static struct {
     long asked, truly, grid, records, false_clear;
     double truly_m, grid_m, records_m;
-} both[QUESTIONS];
+} compared[QUESTIONS];
 
 static void judge_amply(enum question q, const json_t *answer, bool clear, bool amply)
 {
@@ -527,18 +527,18 @@ struct ways {
 static void compare_ways(enum question q, const struct ways *w, const char *what)
 {
     const double most_m = fmin(w->to_m, w->truly_m) - w->from_m;
-    both[q].asked++;
-    both[q].false_clear += w->false_clear;
-    if (w->false_clear && both[q].false_clear < 5 && !trial->provokes)
+    compared[q].asked++;
+    compared[q].false_clear += w->false_clear;
+    if (w->false_clear && compared[q].false_clear < 5 && !trial->provokes)
         printf("at %.3f s the records have free water %s: %s\n", (double)loop_now(d.loop) * 1e-9, names[q], what);
     if (!(most_m > 0))
         return;
-    both[q].truly_m += most_m;
-    both[q].grid_m += fmax(0, fmin(w->grid_m, w->to_m) - w->from_m);
-    both[q].records_m += fmax(0, fmin(w->records_m, w->to_m) - w->from_m);
-    both[q].truly += w->truly_m > w->to_m;
-    both[q].grid += w->truly_m > w->to_m && w->grid_m >= w->to_m;
-    both[q].records += w->truly_m > w->to_m && w->records_m >= w->to_m;
+    compared[q].truly_m += most_m;
+    compared[q].grid_m += fmax(0, fmin(w->grid_m, w->to_m) - w->from_m);
+    compared[q].records_m += fmax(0, fmin(w->records_m, w->to_m) - w->from_m);
+    compared[q].truly += w->truly_m > w->to_m;
+    compared[q].grid += w->truly_m > w->to_m && w->grid_m >= w->to_m;
+    compared[q].records += w->truly_m > w->to_m && w->records_m >= w->to_m;
 }
 
 /* Up to where an answer tells an obstacle. */
@@ -1182,12 +1182,12 @@ static void tell(void)
     printf("# %-18s %8s %10s %10s %10s %10s %10s %8s\n", "beyond near", "asked", "free m", "by grid", "by tiles",
            "not: grid", "not: tiles", "false");
     for (int q = 0; q < QUESTIONS; q++)
-        if (both[q].asked)
-            printf("# %-18s %8ld %10.0f %8.0f %% %8.0f %% %8.0f %% %8.0f %% %8ld\n", names[q], both[q].asked,
-                   both[q].truly_m, 100 * both[q].grid_m / fmax(both[q].truly_m, 1e-9),
-                   100 * both[q].records_m / fmax(both[q].truly_m, 1e-9),
-                   100 - 100.0 * (double)both[q].grid / fmax(1, (double)both[q].truly),
-                   100 - 100.0 * (double)both[q].records / fmax(1, (double)both[q].truly), both[q].false_clear);
+        if (compared[q].asked)
+            printf("# %-18s %8ld %10.0f %8.0f %% %8.0f %% %8.0f %% %8.0f %% %8ld\n", names[q], compared[q].asked,
+                   compared[q].truly_m, 100 * compared[q].grid_m / fmax(compared[q].truly_m, 1e-9),
+                   100 * compared[q].records_m / fmax(compared[q].truly_m, 1e-9),
+                   100 - 100.0 * (double)compared[q].grid / fmax(1, (double)compared[q].truly),
+                   100 - 100.0 * (double)compared[q].records / fmax(1, (double)compared[q].truly), compared[q].false_clear);
 }
 
 /*
@@ -1202,7 +1202,7 @@ static void run_with(const struct trial *t, int vehicles, int worlds)
     if (sanitized())
         worlds = (worlds + 1) / 2;
     memset(count, 0, sizeof count);
-    memset(both, 0, sizeof both);
+    memset(compared, 0, sizeof compared);
     trial = t;
     for (int i = 0; i < worlds; i++) {
         vehicle = &t->vehicle[i % vehicles];
@@ -1219,7 +1219,7 @@ static void run_with(const struct trial *t, int vehicles, int worlds)
     long false_clear = 0;
     for (int q = 0; q < QUESTIONS; q++) {
         false_clear += count[q].false_clear;
-        CHECK(trial->provokes || both[q].false_clear == 0);
+        CHECK(trial->provokes || compared[q].false_clear == 0);
         CHECK(trial->provokes || count[q].false_clear == 0);
         CHECK(count[q].asked > 0);
     }

@@ -202,8 +202,8 @@ TEST(with_late_readings)
 }
 
 /*
- * `near` does not permit passing an echo that does not suffice to block. These worlds have a post 2.2 m away that had one,
- * and nothing else.
+ * `near` does not permit passing an echo that does not suffice to block. These worlds have a post 2.2 m away that had
+ * one, and nothing else.
  */
 TEST(posts_that_are_nearer_than_near)
 {

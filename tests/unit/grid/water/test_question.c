@@ -322,8 +322,11 @@ TEST(no_rope_is_passed_by_tiles)
     static struct row_room room;
     static struct water_record record = {.axis = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
     const double width = geo_rad(120.0 / 512);
-    const struct row_shape shape = {
-        .half_az_rad = width / 2, .half_el_rad = geo_rad(12.5), .from_rad = -geo_rad(60), .to_rad = geo_rad(60)};
+    const struct row_shape shape = {.half_az_rad = width / 2,
+                                    .half_el_rad = geo_rad(12.5),
+                                    .from_rad = -geo_rad(60),
+                                    .to_rad = geo_rad(60),
+                                    .outer_rad = {-geo_rad(60), geo_rad(60)}};
     int passed = 0, free_before = 0;
     view[0] = (struct water_view){.record = &record};
     records = 1;
@@ -333,7 +336,7 @@ TEST(no_rope_is_passed_by_tiles)
             const double at = (k - 255.5) * width;
             const bool hit = fabs(at - az) * range <= 0.01 + range * width / 2;
             const double to = hit ? range - 0.03 : 20;
-            beam[k] = (struct row_beam){at, to, to, to, hit};
+            beam[k] = (struct row_beam){at, to, to, to, hit ? to : (double)INFINITY, false};
         }
         row_write(&record, &room, &shape, beam, 512);
         const enum ask_kind kind = (enum ask_kind)(i % 3 == 0 ? ASK_CORRIDOR : i % 3 == 1 ? ASK_MOVE : ASK_AROUND);
