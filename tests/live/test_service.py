@@ -137,7 +137,7 @@ def activated(bench, fd, count, *arguments, env=None):
 def handed_nonsense(bench):
     conf = bench.conf()
     left, right = socket.socketpair()
-    for what, fd, count in (("no listening UNIX stream socket", left.fileno(), 1),
+    for what, fd, count in (("not a listening UNIX stream socket", left.fileno(), 1),
                             ("want one ListenStream", left.fileno(), 2)):
         daemon = activated(bench, fd, count, "-c", conf)
         check(daemon.wait(20 * PATIENCE) == 1, "started with nonsense")
