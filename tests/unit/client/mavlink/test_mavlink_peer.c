@@ -6,11 +6,8 @@
 #include "client/mavlink/mavlink_vehicle.h"
 #include "client/mavlink/mavlink_peer.h"
 #include "core/fault.h"
+#include "tests/lib/submarine.h"
 #include "tests/lib/test.h"
-
-#define MS    1000000ull
-#define S     1000000000ull
-#define START (1000 * S)
 
 /* ---- the peer ---- */
 
@@ -137,31 +134,6 @@ TEST(strangers_are_named_once_and_not_too_often)
 }
 
 /* ---- the vehicle ---- */
-
-static bool give(struct mavlink_vehicle *v, enum mavlink_id id, const void *content, uint64_t now_ns)
-{
-    struct mavlink_frame frame = {.message = mavlink_message(id), .system_id = 7, .component_id = 1};
-
-    mavlink_pack(frame.message, content, frame.payload);
-    return mavlink_vehicle_take(v, &frame, now_ns);
-}
-
-static void beat(struct mavlink_vehicle *v, uint64_t now_ns)
-{
-    const struct mavlink_heartbeat submarine = {.type = 12, .autopilot = 3, .mavlink_version = 3};
-
-    CHECK(give(v, MAVLINK_HEARTBEAT, &submarine, now_ns));
-}
-
-static struct mavlink_vehicle vehicle_at_start(void)
-{
-    const struct mavlink_vehicle_conf conf = {.barometer = 2, .surface_hpa = 1013.25, .density_kgpm3 = 1025};
-    struct mavlink_vehicle v;
-
-    mavlink_vehicle_init(&v, &conf);
-    beat(&v, START);
-    return v;
-}
 
 TEST(only_an_autopilots_heartbeat_makes_a_peer)
 {

@@ -14,12 +14,11 @@
 #include "core/fault.h"
 #include "drivers/ports/port.h"
 #include "tests/lib/patience.h"
+#include "tests/lib/port_rig.h"
 #include "tests/lib/test.h"
 
 static int master = -1;
 static char slave[64];
-static struct port port;
-static struct fault fault;
 
 static void pty_new(void)
 {
@@ -43,13 +42,6 @@ static bool open_at(const char *baud)
     snprintf(rest, sizeof(rest), "%s%s", slave, baud);
     fault.text[0] = '\0';
     return port_serial.open(&port, rest, &fault);
-}
-
-/* Wait until the port has something to say, then read. */
-static ssize_t read_ready(void *buf, size_t size)
-{
-    patience_for(port.fd, POLLIN);
-    return port.ops->read(&port, buf, size);
 }
 
 TEST(addresses)

@@ -11,10 +11,8 @@
 #include "core/fault.h"
 #include "drivers/ports/port.h"
 #include "tests/lib/patience.h"
+#include "tests/lib/port_rig.h"
 #include "tests/lib/test.h"
-
-static struct port port;
-static struct fault fault;
 
 /* A server on a free port of the loopback interface; it listens, or only holds the number. */
 static int server(uint16_t *number, bool listens)
@@ -47,12 +45,6 @@ static bool connect_to(const char *host, uint16_t number)
     if (!good)
         port_tcp.close(&port);
     return good;
-}
-
-static ssize_t read_ready(void *buf, size_t size)
-{
-    patience_for(port.fd, POLLIN);
-    return port.ops->read(&port, buf, size);
 }
 
 TEST(addresses)
