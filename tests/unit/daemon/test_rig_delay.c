@@ -64,10 +64,8 @@ static const struct rig_far sounder = {"nmea0183", sounder_start, sounder_turn};
 
 static double free_at_m(int az_deg, double *age_s)
 {
-    char what[120];
-    snprintf(what, sizeof what, "\"azimuth_deg\":%d,\"frame\":\"ned\",\"distance_m\":%g,\"radius_m\":0.05", az_deg,
-             WALL_M);
-    json_t *reply = rig_ask("blocked", what);
+    json_t *reply = rig_ask("blocked", "\"azimuth_deg\":%d,\"frame\":\"ned\",\"distance_m\":%g,\"radius_m\":0.05",
+                            az_deg, WALL_M);
     const json_t *to = json_object_get(reply, "free_to_m");
     const double m = json_is_number(to) ? json_number_value(to) : 0;
     if (age_s)
