@@ -48,8 +48,8 @@ if [ $kind = service ]; then
     peer=$!
 fi
 # A virtual machine of its own accord takes KVM where that only seems to work: say tcg.
-boot() { # ACCELERATOR
-    rm -f "$out"/shared/{rc,results}
+emulate() { # ACCELERATOR
+    rm -f "$out"/{pid,shared/{rc,results,life}}
     status=0
     # shellcheck disable=SC2046,SC2086
     timeout -k 5 "$limit" qemu-system-x86_64 -cpu max -accel "$1" -smp 2 -m 768 \
@@ -59,11 +59,22 @@ boot() { # ACCELERATOR
         $(share out "$out/shared") $can $usb $disk -pidfile "$out/pid" < /dev/null > "$out/console" 2>&1 || status=$?
 }
 
+# An emulator that ends by itself before the guest runs its command (seen: of a segmentation fault while the kernel
+# boots, and without a word) has said nothing about what is tested. Once more, with one thread for both processors, which
+# leaves its threads nothing to disagree on.
+boot() {
+    emulate tcg
+    [ "$status" -ne 124 ] && [ "$status" -ne 137 ] && [ ! -e "$out/shared/results" ] && [ ! -e "$out/shared/life" ] || return 0
+    tail -n 5 "$out/console"
+    echo "the emulator ended by itself, with status $status; once more, with one thread"
+    emulate tcg,thread=single
+}
+
 # One life of the vehicle's computer: END=yes to its end, else until the emulator is killed SECONDS after it began to save.
 life() { # END, SECONDS
-    rm -f "$out/shared/saving" "$out/shared/life"
+    rm -f "$out/shared/saving"
     echo "END=$1 bash tests/vm/powercut_sonard.sh > /run/out/life 2>&1" > "$out/shared/cmd"
-    boot tcg &
+    boot &
     until [ -e "$out/shared/saving" ] || ! kill -0 $! 2> /dev/null; do sleep 0.2; done
     sleep "$2"
     [ "$1" = yes ] || kill -9 "$(cat "$out/pid")" || echo "FAIL the virtual machine ended by itself"
@@ -86,13 +97,7 @@ power_cuts() {
     life yes 0
 }
 
-boot tcg
-# An emulator that dies of a signal (seen: of a segmentation fault while the kernel boots) has said nothing about what is
-# tested. Once more, with one thread for both processors, which leaves its threads nothing to disagree on.
-if [ "$status" -gt 128 ] && [ "$status" -ne 137 ] && [ ! -s "$out/shared/rc" ]; then
-    echo "the emulator itself died of signal $((status - 128)); once more, with one thread"
-    boot tcg,thread=single
-fi
+boot
 
 # What the guest's run.sh says of each script, and a line for the run.sh that called this one to count.
 [ -s "$out/shared/results" ] && cat "$out/shared/results" && sed -n '/FAILED/d; s/^ *\(tests[^ ]*\) *[0-9]* ok.*/ok \1/p' "$out/shared/results"
