@@ -14,7 +14,7 @@ PREFIX   ?= /usr/local
 
 # In a checkout a warning is an error; a package is also built by compilers that warn of more.
 WERROR   ?= $(if $(wildcard .git),-Werror)
-WARN     := -Wall -Wextra -Wconversion -Wshadow -Wstrict-prototypes $(WERROR)
+WARN     := -Wall -Wextra -Wconversion -Wshadow -Wstrict-prototypes -Wformat-security $(WERROR)
 # -ffp-contract=off: the same bits on every CPU. -fno-math-errno: lets sqrt be an instruction. -fno-trapping-math: lets
 # choices between floats be vectors; it changes no value.
 CFLAGS   ?= -O2 -g

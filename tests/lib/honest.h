@@ -1187,7 +1187,8 @@ static void tell(void)
                    compared[q].truly_m, 100 * compared[q].grid_m / fmax(compared[q].truly_m, 1e-9),
                    100 * compared[q].records_m / fmax(compared[q].truly_m, 1e-9),
                    100 - 100.0 * (double)compared[q].grid / fmax(1, (double)compared[q].truly),
-                   100 - 100.0 * (double)compared[q].records / fmax(1, (double)compared[q].truly), compared[q].false_clear);
+                   100 - 100.0 * (double)compared[q].records / fmax(1, (double)compared[q].truly),
+                   compared[q].false_clear);
 }
 
 /*
