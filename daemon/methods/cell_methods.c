@@ -25,6 +25,7 @@ struct part {
     bool begun;
     uint32_t direction; /* the next */
     int tries;
+    bool lost; /* it was begun anew too often */
     uint64_t cells;
 };
 
@@ -33,7 +34,7 @@ struct part {
 #define WORK_TO_LOCK  64u
 
 /* Cells move when the centre or the axes do, perhaps from where is yet to be looked to where was: it begins anew, some
- * times at most. What is locked already stays so, and counts again. */
+ * times at most, and is refused then. What is locked already stays so, and counts again. */
 #define TRIES 8
 
 static bool part_of(json_t *params, struct part *part, struct rpc_error *error)
@@ -82,8 +83,9 @@ static void begin_anew(struct part *part)
 {
     struct picture_frame frame;
     picture_get_frame(part->picture, &frame);
-    if (part->begun && (part->tries >= TRIES || !has_moved(&frame, &part->frame)))
+    if (part->begun && !has_moved(&frame, &part->frame))
         return;
+    part->lost = part->tries >= TRIES;
     part->begun = true;
     part->frame = frame;
     part->tries++;
@@ -97,9 +99,9 @@ static void lock(void *ctx, const struct pipeline_owned *owned)
     const uint32_t n = part->picture->n;
     (void)owned;
     begin_anew(part);
-    for (uint32_t work = 0; part->direction < n && work < WORK_PER_STEP; part->direction++)
+    for (uint32_t work = 0; !part->lost && part->direction < n && work < WORK_PER_STEP; part->direction++)
         work += lock_direction(part, part->direction);
-    part->call.more = part->direction < n;
+    part->call.more = !part->lost && part->direction < n;
 }
 
 static struct part *begin_part(struct methods_env *d, json_t *params, struct rpc_error *error)
@@ -126,9 +128,13 @@ static bool write_locked(const struct rpc_call *call, struct json_out *out, stru
 {
     const struct methods_env *d = call->daemon;
     const struct part *part = call->work->state;
-    (void)error;
     if (!request_job_done(call, d->pipeline, lock, write_locked))
         return false;
+    if (part->lost)
+        return rpc_refuse(error, RPC_LIMIT,
+                          "the grid moved with the vehicle %d times meanwhile, so some cells may not be %s: ask "
+                          "again when it moves less",
+                          part->tries, part->locked ? "locked" : "unlocked");
     json_out_open(out, '{');
     json_member_word(out, "frame", part->ned ? "ned" : "body");
     json_member_count(out, "cells", part->cells);

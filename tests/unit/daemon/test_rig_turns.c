@@ -170,6 +170,20 @@ static json_t *params_of(const struct protocol_method *m, bool greatest)
     return params;
 }
 
+static int moves; /* of the grid's centre, one after each of the next turns in which a question is answered */
+
+static void move_centre(void)
+{
+    struct picture *p = grid_picture(pipeline_grid(rig.d.pipeline, 0));
+    struct picture_frame frame;
+    picture_get_frame(p, &frame);
+    frame.centre_m[0] = moves; /* another each time, though pings move it back */
+    picture_begin(p);
+    picture_set_frame(p, &frame);
+    picture_end(p);
+    moves--;
+}
+
 /* Turns the loop until the whole answer is there. True: it is a result. */
 static bool ask_with(const char *method, json_t *params)
 {
@@ -188,6 +202,8 @@ static bool ask_with(const char *method, json_t *params)
         COUNT_FROM_HERE();
         loop_turn(rig.d.loop, 0);
         COUNT_TO_HERE(line);
+        if (moves > 0)
+            move_centre();
         const ssize_t more = read(rig.client, rig.answer + got, sizeof rig.answer - got);
         got += more > 0 ? (size_t)more : 0;
     }
@@ -272,9 +288,27 @@ TEST(one_degree)
     all_methods(FULL("1 deg"));
 }
 
+/* Its cells may have gone from where is yet to be looked to where was. */
+TEST(a_lock_begins_anew_when_the_grid_moves_and_is_refused_when_that_does_not_end)
+{
+    rig_work_clock = slow_clock;
+    rig_start("box -8 8 -8 8 -3 5\n", FULL("1 deg"));
+    rig_run(10);
+    moves = 3;
+    lock_all(true);
+    CHECK_INT(moves, 0);
+    moves = TURNS_MAX;
+    CHECK(!ask_with("grid_lock", json_pack("{s:f,s:f}", "azimuth_deg", 0.0, "half_angle_deg", 180.0)));
+    CHECK(moves > 0 && moves < TURNS_MAX - 8);
+    moves = 0;
+    lock_all(true);
+    rig_end();
+}
+
 int main(void)
 {
     RUN(two_degrees);
     RUN(one_degree);
+    RUN(a_lock_begins_anew_when_the_grid_moves_and_is_refused_when_that_does_not_end);
     return test_end();
 }
