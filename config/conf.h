@@ -185,6 +185,8 @@ struct conf_pose {
     double delay_s[2];          /* delay = 0.1 0.05 s: a pose is so much older than its time, and uncertain by */
 };
 
+#define CONF_KEEP_AUTO (-2.0)
+
 /* [vehicle]: what `limit` and `time_to_collision` need to know; see grid/answer/corridor.h and limit.h */
 struct conf_vehicle {
     double radius_m;       /* radius = 0.4 m: of the upright cylinder that holds it */
@@ -193,7 +195,8 @@ struct conf_vehicle {
     double near_m;         /* near = 1.5 m: nearer water is not asked for; auto: 0 */
     double max_speed_mps;  /* max_speed = 1.5 m/s; told: 0 */
     double max_turn_radps; /* max_turn = 90 deg/s; told: 0 */
-    double keep_mps;       /* station_keeping = 0.05 m/s; no: -1 */
+    double keep_mps;       /* station_keeping = 0.05 m/s; no: -1; auto: CONF_KEEP_AUTO */
+    double current_mps;    /* current = 0.2 m/s; unknown: -1 */
     double braking_mps2;   /* braking = 0.2 m/s2 */
     double latency_s;      /* latency = 0.5 s */
     int unknown;           /* unknown = slow | stop | ignore */

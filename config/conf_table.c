@@ -463,13 +463,25 @@ const struct conf_key conf_keys[] = {
              "than 5 degrees beyond it is a jump: what was clear is unknown until it is scanned again. told: the\n"
              "last reported turn rate, but a jump is found only beyond a full turn a second. An attitude more\n"
              "than 20 degrees beyond it holds the map."},
-    {"vehicle", "station_keeping", LIVE, QUANTITY(1, "m/s", 0, 5), .standard = "no", .instead = "no",
-     .instead_value = -1, CONF(vehicle.keep_mps),
-     .help = "For a vehicle without position and velocity: a promise that it keeps its place and drifts no\n"
-             "faster than this. Without attitude, also that it keeps its heading. 0 m/s: it is fixed to a pole\n"
-             "or a tank wall. no: it may move at max_speed (3 m/s if not set), and free space shrinks by that\n"
-             "every second (docs/design.md, Sensors of the vehicle). A sonar that never received any pose, with\n"
-             "no max_speed, counts as fixed."},
+    {"vehicle", "current", LIVE, QUANTITY(1, "m/s", 0, 5), .standard = "unknown", .instead = "unknown",
+     .instead_value = -1, CONF(vehicle.current_mps),
+     .help =
+         "For a vehicle without position and velocity: a promise that the water goes no faster than this, where\n"
+         "the vehicle is and along its tether; and that nobody hauls the tether in, or tows its boat, faster.\n"
+         "A pool has 0.05 m/s by the vehicle's own wash, a sheltered harbour 0.1 to 0.3, a tidal stream 0.5 to\n"
+         "1.5. With it sonard believes the bound of the vehicle's speed through the water that clients send:\n"
+         "sonard-mavlink works one out from what the thrusters of a BlueROV2 do. unknown: no bound is\n"
+         "believed. See docs/without-a-dvl.md."},
+    {"vehicle", "station_keeping", LIVE, QUANTITY(1, "m/s", 0, 5), .standard = "auto", .instead = "no",
+     .instead_value = -1, CONF(vehicle.keep_mps), NAMED({"auto", CONF_KEEP_AUTO}),
+     .help =
+         "For a vehicle without position and velocity: a promise that it keeps its place and drifts no\n"
+         "faster than this. Without attitude, also that it keeps its heading. 0 m/s: it is fixed to a pole\n"
+         "or a tank wall. no: it may move at max_speed (3 m/s if not set), and free space shrinks by that\n"
+         "every second (docs/design.md, Sensors of the vehicle). auto: it moves no faster than the newest bound\n"
+         "that a client sends with its poses (speed_bound_mps) and `current` together; at max_speed while none\n"
+         "comes, and while `current` is unknown. A sonar that never received any pose, with no max_speed,\n"
+         "counts as fixed."},
     {"vehicle", "braking", LIVE, QUANTITY(1, "m/s2", 0.01, 20), .standard = "0.2 m/s2", CONF(vehicle.braking_mps2),
      .help = "Lowest braking deceleration in still water, in any direction. Measure it."},
     {"vehicle", "latency", LIVE, QUANTITY(1, "s", 0, 10), .standard = "0.5 s", CONF(vehicle.latency_s),

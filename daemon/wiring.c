@@ -112,6 +112,8 @@ void wiring_drift(const struct conf *conf, struct pose_drift *out)
                                              : UNSAID_MPS,
                                .from_pose = !keeps && !said,
                                .keeps_heading = keeps,
+                               .bounded = v->keep_mps == CONF_KEEP_AUTO && v->current_mps >= 0,
+                               .water_mps = fmax(v->current_mps, 0),
                                .heading_radps = conf->pose.heading_drift_radps};
 }
 

@@ -218,6 +218,7 @@ enum sonard_pose_part {
     SONARD_POSE_VELOCITY = 8,
     SONARD_POSE_TIME = 16,
     SONARD_POSE_ALTITUDE = 32,
+    SONARD_POSE_SPEED_BOUND = 64,
 };
 
 struct sonard_pose {
@@ -228,6 +229,8 @@ struct sonard_pose {
     double velocity_mps[3]; /* north, east, down */
     double t_unix;          /* of the measurement; not given: now */
     double altitude_m;      /* above the bottom, straight down */
+    double
+        speed_bound_mps[2]; /* the most it has gone through the water since the bound before: level, up or down */
 };
 
 /** sonard_pose - tell where the vehicle is; waits for the daemon's word. */

@@ -294,6 +294,9 @@ static json_t *pose_params(const struct sonard_pose *pose)
         wrong |= json_object_set_new(params, "depth_m", json_real(pose->depth_m));
     if (pose->has & SONARD_POSE_VELOCITY)
         wrong |= json_object_set_new(params, "velocity_mps", triple(pose->velocity_mps));
+    if (pose->has & SONARD_POSE_SPEED_BOUND)
+        wrong |= json_object_set_new(params, "speed_bound_mps",
+                                     json_pack("[f, f]", pose->speed_bound_mps[0], pose->speed_bound_mps[1]));
     if (pose->has & SONARD_POSE_TIME)
         wrong |= json_object_set_new(params, "t_unix", json_real(pose->t_unix));
     if (pose->has & SONARD_POSE_ALTITUDE)

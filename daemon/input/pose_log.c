@@ -41,27 +41,16 @@ uint64_t pose_log_dated(const struct pose_log *log, uint64_t t_ns)
 /* What of a part's samples is the drift up to them. */
 static const int drift_at[POSE_TRACKS] = {[POSE_TRACK_PLACE] = 2, [POSE_TRACK_DEPTH] = 1};
 
-/*
- * Of a vehicle without any pose until t_ns. A ping that is dated back may be from before the drift was set, by a start
- * or a reload under way: by then the vehicle had drifted as much less, below 0 even, for it has moved since.
- */
-static double unseen_m(const struct pose_log *log, uint64_t t_ns)
+static double unseen_m(const struct pose_log *log, int part, uint64_t t_ns)
 {
-    const uint64_t from_ns = log->t_unseen_ns, first_ns = log->drift.from_pose ? log->t_first_ns : 0;
-    const uint64_t then_ns = t_ns > first_ns ? t_ns : first_ns;
-    if (log->drift.from_pose && !log->t_first_ns)
-        return log->unseen_m;
-    if (then_ns < from_ns)
-        return log->unseen_m - fmax(log->drift.mps, log->mps_before) * (double)(from_ns - then_ns) * 1e-9;
-    return log->unseen_m + log->drift.mps * (double)(then_ns - (first_ns > from_ns ? first_ns : from_ns)) * 1e-9;
+    double m[DRIFT_WAYS];
+    drift_log_at(&log->unseen, t_ns, m);
+    return m[part == POSE_TRACK_DEPTH ? DRIFT_VERTICAL : DRIFT_LEVEL];
 }
 
 void pose_log_set_drift(struct pose_log *log, uint64_t now_ns, const struct pose_drift *drift)
 {
-    log->unseen_m = unseen_m(log, now_ns);
-    log->t_unseen_ns = now_ns;
-    log->mps_before = log->drift.mps;
-    log->drift = *drift;
+    drift_log_set(&log->unseen, now_ns, drift);
 }
 
 /* ---- one track ---- */
@@ -99,7 +88,7 @@ uint64_t pose_log_max_age_ns(const struct pose_log *log, unsigned part)
 static double drift_of(const struct pose_log *log, int part, uint64_t t_ns)
 {
     const struct pose_sample *newest = last(&log->track[part]);
-    return newest ? newest->v[drift_at[part]] : unseen_m(log, t_ns);
+    return newest ? newest->v[drift_at[part]] : unseen_m(log, part, t_ns);
 }
 
 static void add_gap(struct pose_track *track, uint64_t gap_ns)
@@ -262,7 +251,7 @@ static double carried_off_m(const struct pose_log *log, int part, const double n
         change2 += before ? (now[i] - before[i]) * (now[i] - before[i]) : 0;
     }
     if (dt_s > (double)max_age_of(log, POSE_TRACK_VELOCITY) * 1e-9)
-        return (fmax(log->most_mps, log->drift.mps) + sqrt(mps2)) * dt_s;
+        return (fmax(log->most_mps, log->unseen.set.mps) + sqrt(mps2)) * dt_s;
     return (POSE_LOG_VELOCITY_SHARE * sqrt(mps2) + POSE_LOG_VELOCITY_MPS + sqrt(change2) / 2) * dt_s;
 }
 
@@ -313,6 +302,22 @@ static void count_discontinuities(struct pose_log *log, const struct pose *given
     log->discontinuities += discontinuity_take(&log->turns, &attitude, log->most_mps, log->most_radps, &jump);
 }
 
+static void begin(struct pose_log *log, uint64_t t_ns)
+{
+    log->t_first_ns = t_ns;
+    drift_log_begin(&log->unseen, t_ns);
+}
+
+bool pose_log_bound(struct pose_log *log, uint64_t t_ns, const double mps[DRIFT_WAYS])
+{
+    if (!log->t_first_ns)
+        begin(log, t_ns);
+    const bool newer = drift_log_bound(&log->unseen, t_ns, mps);
+    log->taken += newer;
+    log->refused += !newer;
+    return newer;
+}
+
 bool pose_log_put(struct pose_log *log, const struct pose *given)
 {
     bool any = false, first = false;
@@ -344,7 +349,7 @@ bool pose_log_put(struct pose_log *log, const struct pose *given)
     }
     add_way(log, first);
     if (!log->t_first_ns && given->has != POSE_ALTITUDE)
-        log->t_first_ns = given->t_ns;
+        begin(log, given->t_ns);
     if (given->t_ns > log->t_newest_ns)
         log->t_newest_ns = given->t_ns;
     log->taken++;
@@ -353,8 +358,9 @@ bool pose_log_put(struct pose_log *log, const struct pose *given)
 
 void pose_log_withdraw(struct pose_log *log, uint64_t now_ns)
 {
-    log->unseen_m = fmax(drift_of(log, POSE_TRACK_PLACE, now_ns), drift_of(log, POSE_TRACK_DEPTH, now_ns));
-    log->t_unseen_ns = now_ns;
+    const double m[DRIFT_WAYS] = {drift_of(log, POSE_TRACK_PLACE, now_ns),
+                                  drift_of(log, POSE_TRACK_DEPTH, now_ns)};
+    drift_log_withdraw(&log->unseen, now_ns, m);
     log->t_first_ns = 0;
     for (int part = 0; part < POSE_TRACKS; part++) {
         log->track[part].n = log->track[part].n_gaps = 0;
@@ -450,19 +456,30 @@ static double drifts_mps(const struct pose_log *log, const struct part_then *pla
         return 0;
     if (p->has & POSE_VELOCITY)
         return POSE_LOG_VELOCITY_SHARE * geo_length(p->velocity_mps) + POSE_LOG_VELOCITY_MPS;
-    return log->drift.from_pose && !log->t_first_ns ? 0 : log->drift.mps;
+    return log->unseen.set.from_pose && !log->t_first_ns ? 0 : log->unseen.set.mps;
 }
 
 static void take_drift(const struct pose_log *log, uint64_t t_ns, const bool known[],
                        const struct part_then then[], struct pose *p)
 {
-    for (int k = 0; k < 2; k++) {
+    bool unseen = false;
+    for (int k = 0; k < DRIFT_WAYS; k++) {
         const int part = POSE_TRACK_PLACE + k;
-        p->drift_m[k] = known[part] ? then[part].v[drift_at[part]] : unseen_m(log, t_ns);
+        p->drift_m[k] = known[part] ? then[part].v[drift_at[part]] : unseen_m(log, part, t_ns);
+        unseen |= !known[part];
     }
+    if (unseen)
+        p->uncertain_m += drift_log_uncertain_m(&log->unseen, t_ns);
     p->drift_mps = hypot(drifts_mps(log, &then[POSE_TRACK_PLACE], p), drifts_mps(log, &then[POSE_TRACK_DEPTH], p));
-    p->heading_adrift = p->drift_mps > 0 && !log->drift.keeps_heading && !known[POSE_TRACK_ATTITUDE];
-    p->heading_radps = known[POSE_TRACK_ATTITUDE] ? log->drift.heading_radps : 0;
+    p->heading_adrift = p->drift_mps > 0 && !log->unseen.set.keeps_heading && !known[POSE_TRACK_ATTITUDE];
+    p->heading_radps = known[POSE_TRACK_ATTITUDE] ? log->unseen.set.heading_radps : 0;
+}
+
+void pose_log_drift(const struct pose_log *log, uint64_t t_ns, double m[DRIFT_WAYS])
+{
+    struct pose pose;
+    pose_log_at(log, t_ns, &pose);
+    memcpy(m, pose.drift_m, sizeof pose.drift_m);
 }
 
 /* The pose at t_ns, if the samples' times are true. */

@@ -11,7 +11,7 @@
  *
  * Drift: how far the vehicle may have gone without anybody knowing. Where the velocity carries the position it grows by
  * the velocity's error. Where neither position nor velocity was ever given (of depth: nor depth) it grows with time, as
- * fast as pose_log_set_drift says. A position stops it.
+ * drift_log says. A position stops it.
  */
 #ifndef SONARD_POSE_LOG_H
 #define SONARD_POSE_LOG_H
@@ -21,6 +21,7 @@
 
 #include "grid/geometry.h"
 #include "discontinuity.h"
+#include "drift_log.h"
 
 /* Pings are dated back by up to 4 s: a log of poses that come 400 times a second reaches so far. A ping from before the
  * log's first sample has no pose. */
@@ -78,14 +79,6 @@ struct pose_track {
     uint64_t usual_ns; /* the middle one of them; 0: not known yet */
 };
 
-/* What a vehicle is taken to do while nobody tells position or velocity, and what becomes of its heading. */
-struct pose_drift {
-    double mps;           /* it goes so fast, in any direction; 0: it keeps its place */
-    bool from_pose;       /* only once a pose of any kind was given: before, it keeps its place */
-    bool keeps_heading;   /* without an attitude it does not turn */
-    double heading_radps; /* the heading of attitudes drifts so fast, either way; 0: it does not */
-};
-
 struct pose_log {
     uint64_t max_age_ns;          /* POSE_LOG_AUTO: see there */
     double most_mps, most_radps;  /* the vehicle may be so fast at any time; 0: as fast as was last reported */
@@ -93,13 +86,11 @@ struct pose_log {
     uint64_t discontinuities;     /* it made */
     struct pose_track track[POSE_TRACKS]; /* in the order of the bits of enum pose_part */
     uint64_t delay_ns, doubt_ns;          /* pose_log_set_delay */
-    struct pose_drift drift;
-    double unseen_m;      /* drift while no pose came, until ... */
-    uint64_t t_unseen_ns; /* ... then: pose_log_set_drift came */
-    double mps_before;    /* drift.mps until then */
-    uint64_t t_first_ns;  /* first sample; 0: none */
-    double path_m;        /* distance travelled so far: ... */
-    double towed_m[3];    /* ... of what is towed, which is here */
+    struct drift_log unseen;              /* drift of what nobody tells */
+    int no_bound;        /* why its bounds stopped: 1 + the word of no_speed_bound; 0: nobody said */
+    uint64_t t_first_ns; /* first sample; 0: none */
+    double path_m;       /* distance travelled so far: ... */
+    double towed_m[3];   /* ... of what is towed, which is here */
     uint64_t t_newest_ns;
     uint64_t taken, refused, withdrawn;
     const char *sender[POSE_TRACKS]; /* of each part's newest sample; constant text; NULL: never given */
@@ -128,6 +119,13 @@ uint64_t pose_log_dated(const struct pose_log *log, uint64_t t_ns);
 
 /** pose_log_set_drift - from now_ns on; at first the vehicle keeps its place. mps, heading_radps: [0, inf). */
 void pose_log_set_drift(struct pose_log *log, uint64_t now_ns, const struct pose_drift *drift);
+
+/** pose_log_bound - as drift_log_bound: a pose of its own kind, which may be the first. False, counted: it is not newer
+ * than the last. */
+bool pose_log_bound(struct pose_log *log, uint64_t t_ns, const double mps[DRIFT_WAYS]);
+
+/** pose_log_drift - how far the vehicle may have drifted by t_ns, level and up or down: drift_m of the pose then. */
+void pose_log_drift(const struct pose_log *log, uint64_t t_ns, double m[DRIFT_WAYS]);
 
 /**
  * pose_log_put - a sample; `given` holds the parts in given->has (attitude normalised by the caller).

@@ -291,7 +291,7 @@ static void write_claims(struct json_out *out, const struct scene *s)
 /* How far what a beam observed may have come nearer since. */
 static double nearer_m(const struct scene *s, const struct witness *w)
 {
-    return s->scope.place.moved_m + s->now.pose.drift_mps * sight_seconds(s->now.now_ns, w->t_ns);
+    return s->scope.place.moved_m + answer_drifted_m(&s->now, sight_seconds(s->now.now_ns, w->t_ns));
 }
 
 static enum says says_of(const struct scene *s, const struct witness *w)

@@ -107,6 +107,35 @@ void pose_own(struct methods_env *d, const struct pose *pose)
     pose_taken(d, pose);
 }
 
+/* What is recorded goes by the capture's clock, which does not step when the computer's is set; a replay dates it back as
+ * its configuration says. */
+static void date_by_capture(const struct methods_env *d, json_t *params, uint64_t given_ns)
+{
+    if (json_object_get(params, "t_unix") && !d->replay)
+        json_object_set_new(params, "t_unix", json_real((double)(given_ns + d->unix_offset_ns) * 1e-9));
+}
+
+/* Number of the word of no_speed_bound, from 1 on; 0: it is not there. */
+static int no_bound_word(const json_t *params)
+{
+    const struct protocol_param *p = protocol_methods[PROTOCOL_pose].params;
+    while (strcmp(p->name, "no_speed_bound") != 0)
+        p++;
+    for (int i = 0; p->words[i]; i++)
+        if (params_is(params, "no_speed_bound", p->words[i]))
+            return i + 1;
+    return 0;
+}
+
+/* The bound of its speed, or why there is none. False: a bound that is not newer than the last. */
+static bool take_bound(struct methods_env *d, const json_t *params, uint64_t t_ns)
+{
+    double mps[DRIFT_WAYS];
+    const bool given = params_numbers(params, "speed_bound_mps", mps);
+    d->poses.no_bound = given ? 0 : no_bound_word(params);
+    return !given || pose_log_bound(&d->poses, t_ns, mps);
+}
+
 /* A pose of a client or of a capture; sender: constant text. */
 static bool pose_take(struct methods_env *d, const char *sender, json_t *params, struct rpc_error *error)
 {
@@ -119,10 +148,18 @@ static bool pose_take(struct methods_env *d, const char *sender, json_t *params,
     }
     pose_place(params, &p);
     p.t_ns = pose_log_dated(&d->poses, given_ns);
-    if (!p.has)
+    const bool bound = params_has(params, "speed_bound_mps") || params_has(params, "no_speed_bound");
+    if (!p.has && !bound)
         return rpc_refuse(
             error, RPC_INVALID_PARAMS,
-            "empty pose: want attitude_deg, quaternion, position_m, depth_m, velocity_mps or altitude_m");
+            "empty pose: want attitude_deg, quaternion, position_m, depth_m, velocity_mps, altitude_m or "
+                                "speed_bound_mps");
+    if (bound && !take_bound(d, params, p.t_ns) && !p.has)
+        return rpc_refuse(error, RPC_INVALID_PARAMS, "t_unix is not after that of the last speed_bound_mps");
+    if (!p.has) {
+        date_by_capture(d, params, given_ns);
+        return true;
+    }
     struct velocity_doubt doubt = d->velocity_doubt;
     const bool doubted = velocity_doubt_take(&doubt, &p);
     if (!p.has) {
@@ -136,11 +173,7 @@ static bool pose_take(struct methods_env *d, const char *sender, json_t *params,
         return rpc_refuse(error, RPC_INVALID_PARAMS, "t_unix is not after that of the last pose");
     d->velocity_doubt = doubt;
     tell_velocity(doubted);
-    if (json_object_get(params, "t_unix") && !d->replay) {
-        /* what is recorded goes by the capture's clock, which does not step when the computer's is set; a replay dates
-         * it back as its configuration says */
-        json_object_set_new(params, "t_unix", json_real((double)(given_ns + d->unix_offset_ns) * 1e-9));
-    }
+    date_by_capture(d, params, given_ns);
     pose_log_sent_by(&d->poses, p.has, sender);
     tell_doubt(d, params);
     pose_taken(d, &p);

@@ -32,7 +32,7 @@ double query_near_m(const struct methods_env *d);
  * the range of the sonars. */
 double query_look_ahead_m(const struct methods_env *d);
 
-#define QUERY_REASON_SIZE 200
+#define QUERY_REASON_SIZE 300
 
 /**
  * query_pose_missing - whose pose is missing since when: "the attitude from a client is 4.2 s old (limit 1 s)". Empty
@@ -46,6 +46,10 @@ const char *query_pose_missing(const struct methods_env *d, char text[QUERY_REAS
  * counts as fixed. Returns text.
  */
 const char *query_pose_drift(const struct methods_env *d, char text[QUERY_REASON_SIZE]);
+
+/** query_bound_doubt - why no bound of the speed counts although a client sends, or sent, one; empty: one does, or nobody
+ * ever did. */
+const char *query_bound_doubt(const struct methods_env *d);
 
 /** query_unix_offset_ns - Unix time less the loop's, as of now: the computer's clock may be set while sonard runs.
  * A replay's is Unix time. */

@@ -105,8 +105,9 @@ static void write_why(const struct methods_env *d, const struct answer_now *now,
 #define TURNED_LEAST_RAD (GEO_PI / 90)
 
 /* What is missing of the place, and how far it may be off by now. */
-static void write_drift(const struct pose *pose, double evidence_age_s, char *text, size_t size)
+static void write_drift(const struct answer_now *now, double evidence_age_s, char *text, size_t size)
 {
+    const struct pose *pose = &now->pose;
     const bool place = pose->has & POSE_POSITION, depth = pose->has & POSE_DEPTH;
     text[0] = '\0';
     if (!(pose->drift_mps > 0) || (evidence_age_s < 0 && !pose->heading_adrift))
@@ -118,7 +119,7 @@ static void write_drift(const struct pose *pose, double evidence_age_s, char *te
                  place   ? "depth"
                  : depth ? "position"
                          : "position and no depth",
-                 pose->drift_mps * evidence_age_s);
+                 answer_drifted_m(now, evidence_age_s));
 }
 
 /* How far an old pose may be off, while it counts. */
@@ -143,7 +144,7 @@ const char *reason_with_pose(const struct answer_now *now, const char *why, doub
                              char text[REASON_SIZE])
 {
     char drift[80], uncertain[100];
-    write_drift(&now->pose, evidence_age_s, drift, sizeof drift);
+    write_drift(now, evidence_age_s, drift, sizeof drift);
     write_uncertainty(now, uncertain, sizeof uncertain);
     snprintf(text, REASON_SIZE, "%s%s%s", why, drift, uncertain);
     return text;

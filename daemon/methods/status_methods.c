@@ -252,6 +252,24 @@ static void write_altitude(struct json_out *out, const struct methods_env *d)
     json_member_known(out, "altitude_m", now.has & POSE_ALTITUDE, now.altitude_m, PER_METRES);
 }
 
+/* The bound that clients send of the vehicle's speed. */
+static void write_bound(struct json_out *out, const struct methods_env *d)
+{
+    const struct drift_log *unseen = &d->poses.unseen;
+    const bool used = drift_log_in_use(unseen, loop_now(d->loop));
+    const char *doubt = query_bound_doubt(d);
+    json_member_open(out, "speed_bound", '{');
+    json_member_word(out, "state",
+                     used                                       ? "used"
+                     : !doubt[0]                                ? "none"
+                     : d->poses.no_bound || unseen->set.bounded ? "lost"
+                                                                : "not used");
+    json_member_known(out, "level_mps", used, unseen->mps[DRIFT_LEVEL], 1e3);
+    json_member_known(out, "vertical_mps", used, unseen->mps[DRIFT_VERTICAL], 1e3);
+    json_member_text(out, "why", doubt);
+    json_out_close(out, '}');
+}
+
 static void write_pose(struct json_out *out, const struct methods_env *d)
 {
     char missing[QUERY_REASON_SIZE], drift[QUERY_REASON_SIZE];
@@ -273,6 +291,7 @@ static void write_pose(struct json_out *out, const struct methods_env *d)
     json_member_count(out, "withdrawn", d->poses.withdrawn);
     json_member_text(out, "missing", query_pose_missing(d, missing));
     json_member_text(out, "drift", query_pose_drift(d, drift));
+    write_bound(out, d);
     json_member_text(out, "doubt", d->velocity_doubt.doubted ? VELOCITY_DOUBT_TEXT : "");
     json_out_close(out, '}');
 }

@@ -8,6 +8,16 @@
 #include "scope.h"
 #include "sight.h"
 
+double answer_drifted_m(const struct answer_now *now, double age_s)
+{
+    const double last_s = ANSWER_DRIFTED_S;
+    if (!now->drift_varies)
+        return now->pose.drift_mps * age_s;
+    if (!(age_s <= last_s))
+        return now->drifted_m[ANSWER_DRIFTED_S - 1] + now->pose.drift_mps * (age_s - last_s);
+    return now->drifted_m[(int)fmax(ceil(age_s) - 1, 0)];
+}
+
 const char *answer_state_name(enum answer_state state)
 {
     static const char *const names[] = {

@@ -42,13 +42,21 @@ struct answer_conf {
     double move_limit_m; /* distance travelled after which a cleared direction is unknown; INFINITY: however far */
 };
 
+#define ANSWER_DRIFTED_S 64
+
 /* The moment of asking. */
 struct answer_now {
     uint64_t now_ns;
     bool pose_fresh;  /* all that is known of the pose is younger than its limit */
     struct pose pose; /* newest; parts in pose.has */
     uint64_t lost;    /* set of the sensors that are offline */
+    /* Where its drift grows now faster and now slower than pose.drift_mps: by how much it grew in the last k + 1 s. */
+    bool drift_varies;
+    double drifted_m[ANSWER_DRIFTED_S];
 };
+
+/** answer_drifted_m - how far the vehicle may have drifted in the last age_s, beside what positions say. */
+double answer_drifted_m(const struct answer_now *now, double age_s);
 
 struct answer_query {
     double az_rad, el_rad;

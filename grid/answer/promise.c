@@ -78,7 +78,7 @@ static bool goes_on(const struct promise *p, const struct sight *s, double near_
 static double adrift_m(const struct promise *p, const struct sight *s, double near_m)
 {
     const struct pose *pose = &p->now->pose;
-    return s->showed && !pose->heading_adrift ? fmax(0, near_m - pose->drift_mps * s->age_s) : 0;
+    return s->showed && !pose->heading_adrift ? fmax(0, near_m - answer_drifted_m(p->now, s->age_s)) : 0;
 }
 
 /*
