@@ -10,17 +10,19 @@
 
 #include "mavlink_alert.h"
 
-#define SECOND_NS      1000000000u
-#define POSE_LOST_S    2.0
-#define PING_LOST_NS   2000000000u
-#define START_NS       3000000000u  /* a sonar may take so long to its first ping */
-#define FIRST_NS       15000000000u /* until what was never there is said to be missing */
-#define LEAK_TOLD_NS   6000000000u  /* a leak counts so long, longer than two texts are apart: none is missed */
-#define PATIENCE_NS    6000000000u  /* until a vehicle without any heartbeat is called absent */
-#define ASK_EVERY_NS   10000000000u
-#define ATTITUDE_DUE   2000000000u /* asked for again when none came for so long */
-#define READS_PER_TURN 32          /* so that a flood does not keep the obstacles waiting */
-#define OWN_SYSTEM     1           /* until a vehicle's is known: that of nearly all vehicles */
+#define SECOND_NS         1000000000u
+#define POSE_LOST_S       2.0
+#define PING_LOST_NS      2000000000u
+#define START_NS          3000000000u  /* a sonar may take so long to its first ping */
+#define FIRST_NS          15000000000u /* until what was never there is said to be missing */
+#define LEAK_TOLD_NS      6000000000u  /* a leak counts so long, longer than two texts are apart: none is missed */
+#define PATIENCE_NS       6000000000u  /* until a vehicle without any heartbeat is called absent */
+#define ASK_EVERY_NS      10000000000u
+#define ATTITUDE_DUE      2000000000u /* asked for again when none came for so long */
+#define READS_PER_TURN    32          /* so that a flood does not keep the obstacles waiting */
+#define SERVO_INTERVAL_US 50000
+#define PARAMS_A_SECOND   8 /* asked for while they are not known */
+#define OWN_SYSTEM        1 /* until a vehicle's is known: that of nearly all vehicles */
 
 /* What standard error last said of something that comes and goes. */
 enum told { TOLD_NOTHING, TOLD_OPEN, TOLD_THERE, TOLD_LOST };
@@ -55,6 +57,8 @@ struct mavlink_bridge {
     uint64_t start_ns;
     bool had_vehicle, two_clocks;
     bool had_daemon, had_data, had_pose, had_ping[MAVLINK_SENSORS_MAX]; /* what was never there is not lost */
+    enum mavlink_no_bound why, why_told; /* why there is no bound of the speed: now, and as said last */
+    unsigned why_s;                      /* now has lasted so many seconds */
     enum told link_told, daemon_told, vehicle_told, below_told;
 };
 
@@ -117,6 +121,53 @@ static void send_heartbeat(struct mavlink_bridge *b, uint64_t now_ns)
     send_message(b, MAVLINK_HEARTBEAT, &m, now_ns);
 }
 
+static void ask_for_rate(struct mavlink_bridge *b, enum mavlink_id id, float interval_us, uint64_t now_ns)
+{
+    const struct mavlink_command_long m = {.param = {(float)id, interval_us},
+                                           .command = MAVLINK_CMD_SET_MESSAGE_INTERVAL,
+                                           .target_system = b->vehicle.system_id,
+                                           .target_component = 1};
+
+    send_message(b, MAVLINK_COMMAND_LONG, &m, now_ns);
+}
+
+/* What the thrusters do, as often as it takes, also when a ground station has asked for less since; and parameters that
+ * are not known. One that is known is asked for again now and then: it may have been set. */
+static void ask_for_thrusters(struct mavlink_bridge *b, uint64_t now_ns)
+{
+    struct mavlink_param_request_read m = {
+        .param_index = -1, .target_system = b->vehicle.system_id, .target_component = 1};
+
+    if (mavlink_thrusters_slow(&b->vehicle.thrusters))
+        ask_for_rate(b, MAVLINK_SERVO_OUTPUT_RAW, SERVO_INTERVAL_US, now_ns);
+    for (int i = 0; i < PARAMS_A_SECOND; i++)
+        if (mavlink_thrusters_ask(&b->vehicle.thrusters, true, m.param_id))
+            send_message(b, MAVLINK_PARAM_REQUEST_READ, &m, now_ns);
+    if (mavlink_thrusters_ask(&b->vehicle.thrusters, false, m.param_id))
+        send_message(b, MAVLINK_PARAM_REQUEST_READ, &m, now_ns);
+}
+
+#define WHY_LASTS_S 10 /* until standard error says why: parameters take some seconds, and a message may be lost */
+
+/* Every second, for a daemon that has just started. */
+static void tell_no_bound(struct mavlink_bridge *b, uint64_t now_ns)
+{
+    const enum mavlink_no_bound why = mavlink_thrusters_why(&b->vehicle.thrusters, now_ns);
+
+    b->why_s = why == b->why ? b->why_s + 1 : 0;
+    b->why = why;
+    if (why != MAVLINK_BOUND)
+        mavlink_feed_no_bound(&b->feed, mavlink_no_bound_words[why], now_ns);
+    if (b->why_s < WHY_LASTS_S || why == b->why_told || !b->vehicle.thrusters.submarine)
+        return;
+    b->why_told = why;
+    if (why != MAVLINK_BOUND)
+        say("no bound of the vehicle's speed by its thrusters: %s; `sonarctl status` says more",
+            mavlink_no_bound_words[why]);
+    else
+        say("the vehicle's speed is bounded by what its thrusters do");
+}
+
 /* Only for what is missing: a slow line may have been given lower rates for what comes. */
 static void ask_for_rates(struct mavlink_bridge *b, bool attitude, uint64_t now_ns)
 {
@@ -129,15 +180,9 @@ static void ask_for_rates(struct mavlink_bridge *b, bool attitude, uint64_t now_
                   {MAVLINK_DISTANCE_SENSOR, 100000},   {MAVLINK_ALTITUDE, 200000},
                   {MAVLINK_EKF_STATUS_REPORT, 200000}, {MAVLINK_ESTIMATOR_STATUS, 200000}};
 
-    for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {
-        const struct mavlink_command_long m = {.param = {(float)wanted[i].id, wanted[i].interval_us},
-                                               .command = MAVLINK_CMD_SET_MESSAGE_INTERVAL,
-                                               .target_system = b->vehicle.system_id,
-                                               .target_component = 1};
-
+    for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++)
         if (!attitude || wanted[i].id == MAVLINK_EKF_STATUS_REPORT || wanted[i].id == MAVLINK_ESTIMATOR_STATUS)
-            send_message(b, MAVLINK_COMMAND_LONG, &m, now_ns);
-    }
+            ask_for_rate(b, wanted[i].id, wanted[i].interval_us, now_ns);
 }
 
 static uint32_t boot_ms(const struct mavlink_bridge *b, uint64_t t_ns)
@@ -366,6 +411,8 @@ static void take_frame(struct mavlink_bridge *b, const struct mavlink_frame *fra
         answer_timesync(b, frame, now_ns);
     if (mavlink_vehicle_pose(&b->vehicle, now_ns, &pose))
         mavlink_feed_pose(&b->feed, &pose, now_ns);
+    if (mavlink_vehicle_bound(&b->vehicle, &pose))
+        mavlink_feed_pose(&b->feed, &pose, now_ns);
 }
 
 /* There is no peer: only that an autopilot says that it is there makes one. */
@@ -470,6 +517,8 @@ static void do_second(struct mavlink_bridge *b, uint64_t now_ns)
     if ((!attitude || mavlink_aiding_wanted(&b->vehicle.aiding, now_ns)) &&
         is_due(&b->ask_due_ns, ASK_EVERY_NS, now_ns))
         ask_for_rates(b, attitude, now_ns);
+    ask_for_thrusters(b, now_ns);
+    tell_no_bound(b, now_ns);
 }
 
 /* One that was just connected to gets the time to answer. */

@@ -49,6 +49,7 @@ void mavlink_feed_close(struct mavlink_feed *feed)
 {
     sonard_disconnect(feed->client);
     feed->client = NULL;
+    feed->no_bound_id = 0;
     forget_answers(feed);
 }
 
@@ -224,6 +225,10 @@ static bool take_reply(struct mavlink_feed *feed, const struct sonard_message *r
             feed->error = reply->refusal;
         return result != NULL;
     }
+    if (reply->id == feed->no_bound_id) {
+        feed->no_bound_id = 0;
+        return true;
+    }
     feed->poses_waiting--;
     feed->poses += result != NULL;
     feed->poses_refused += result == NULL;
@@ -257,7 +262,8 @@ void mavlink_feed_pose(struct mavlink_feed *feed, const struct mavlink_pose *pos
                          (pose->has & MAVLINK_POSE_POSITION ? SONARD_POSE_POSITION : 0u) |
                          (pose->has & MAVLINK_POSE_VELOCITY ? SONARD_POSE_VELOCITY : 0u) |
                          (pose->has & MAVLINK_POSE_DEPTH ? SONARD_POSE_DEPTH : 0u) |
-                         (pose->has & MAVLINK_POSE_ALTITUDE ? SONARD_POSE_ALTITUDE : 0u);
+                         (pose->has & MAVLINK_POSE_ALTITUDE ? SONARD_POSE_ALTITUDE : 0u |
+                         (pose->has & MAVLINK_POSE_BOUND ? SONARD_POSE_SPEED_BOUND : 0u);
     struct sonard_pose said = {.has = has | SONARD_POSE_TIME,
                                .depth_m = pose->depth_m,
                                .altitude_m = pose->altitude_m,
@@ -272,10 +278,23 @@ void mavlink_feed_pose(struct mavlink_feed *feed, const struct mavlink_pose *pos
     memcpy(said.quaternion, pose->quaternion, sizeof said.quaternion);
     memcpy(said.position_m, pose->position_m, sizeof said.position_m);
     memcpy(said.velocity_mps, pose->velocity_mps, sizeof said.velocity_mps);
+    memcpy(said.speed_bound_mps, pose->bound_mps, sizeof said.speed_bound_mps);
     if (sonard_send_pose(feed->client, &said, &feed->error))
         feed->poses_waiting++;
     else
         lose_daemon(feed, now_ns);
+}
+
+void mavlink_feed_no_bound(struct mavlink_feed *feed, const char *word, uint64_t now_ns)
+{
+    json_t *params = json_pack("{s:s}", "no_speed_bound", word);
+
+    if (feed->client && feed->no_bound_id == 0) {
+        feed->no_bound_id = sonard_json_send(feed->client, "pose", params, &feed->error);
+        if (feed->no_bound_id == 0)
+            lose_daemon(feed, now_ns);
+    }
+    json_decref(params);
 }
 
 bool mavlink_feed_alive(const struct mavlink_feed *feed, uint64_t now_ns)

@@ -76,6 +76,7 @@ struct mavlink_feed {
     uint64_t leak_ns;  /* when that grew last; 0: never */
     struct mavlink_depth_below below;
     struct sonard_error below_refused;         /* why there is none: no such sonar; all zeros: not refused */
+    int64_t no_bound_id;                       /* of the request that told why there is no bound; 0: answered */
     int poses_waiting;                         /* handed over, and not answered yet */
     uint64_t poses, poses_refused, poses_held; /* held: kept back, since the daemon does not answer */
 };
@@ -95,6 +96,9 @@ void mavlink_feed_read(struct mavlink_feed *feed, uint64_t now_ns);
 
 /** mavlink_feed_pose - hand a pose over; refusals, and those kept back from a daemon that is behind, are counted. */
 void mavlink_feed_pose(struct mavlink_feed *feed, const struct mavlink_pose *pose, uint64_t now_ns);
+
+/** mavlink_feed_no_bound - tell why there is no bound of the vehicle's speed: a word of no_speed_bound. */
+void mavlink_feed_no_bound(struct mavlink_feed *feed, const char *word, uint64_t now_ns);
 
 /** mavlink_feed_alive - did the daemon say anything within a second and a half? */
 bool mavlink_feed_alive(const struct mavlink_feed *feed, uint64_t now_ns);

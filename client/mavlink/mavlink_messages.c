@@ -78,6 +78,47 @@ static const struct mavlink_field global_position_int[] = {
     FIELD(global_position_int, hdg, MAVLINK_U16),          {0},
 };
 
+static const struct mavlink_field param_request_read[] = {
+    FIELD(param_request_read, param_index, MAVLINK_I16),
+    FIELD(param_request_read, target_system, MAVLINK_U8),
+    FIELD(param_request_read, target_component, MAVLINK_U8),
+    ARRAY(param_request_read, param_id, MAVLINK_CHAR, MAVLINK_PARAM_ID),
+    {0},
+};
+
+static const struct mavlink_field param_value[] = {
+    FIELD(param_value, param_value, MAVLINK_F32), FIELD(param_value, param_count, MAVLINK_U16),
+    FIELD(param_value, param_index, MAVLINK_U16), ARRAY(param_value, param_id, MAVLINK_CHAR, MAVLINK_PARAM_ID),
+    FIELD(param_value, param_type, MAVLINK_U8),   {0},
+};
+
+#define SERVO(i)                                                                                                  \
+    {                                                                                                             \
+        "servo" #i "_raw", MAVLINK_U16, 0, (i) > 8, offsetof(struct mavlink_servo_output_raw, servo[(i)-1])       \
+    }
+
+static const struct mavlink_field servo_output_raw[] = {
+    FIELD(servo_output_raw, time_usec, MAVLINK_U32),
+    SERVO(1),
+    SERVO(2),
+    SERVO(3),
+    SERVO(4),
+    SERVO(5),
+    SERVO(6),
+    SERVO(7),
+    SERVO(8),
+    FIELD(servo_output_raw, port, MAVLINK_U8),
+    SERVO(9),
+    SERVO(10),
+    SERVO(11),
+    SERVO(12),
+    SERVO(13),
+    SERVO(14),
+    SERVO(15),
+    SERVO(16),
+    {0},
+};
+
 static const struct mavlink_field vfr_hud[] = {
     FIELD(vfr_hud, airspeed, MAVLINK_F32),
     FIELD(vfr_hud, groundspeed, MAVLINK_F32),
@@ -218,11 +259,14 @@ static const struct mavlink_field obstacle_distance_3d[] = {
 const struct mavlink_message mavlink_messages[] = {
     {MAVLINK_HEARTBEAT, "HEARTBEAT", 50, 9, heartbeat},
     {MAVLINK_SYSTEM_TIME, "SYSTEM_TIME", 137, 12, system_time},
+    {MAVLINK_PARAM_REQUEST_READ, "PARAM_REQUEST_READ", 214, 20, param_request_read},
+    {MAVLINK_PARAM_VALUE, "PARAM_VALUE", 220, 25, param_value},
     {MAVLINK_SCALED_PRESSURE, "SCALED_PRESSURE", 115, 14, scaled_pressure},
     {MAVLINK_ATTITUDE, "ATTITUDE", 39, 28, attitude},
     {MAVLINK_ATTITUDE_QUATERNION, "ATTITUDE_QUATERNION", 246, 32, attitude_quaternion},
     {MAVLINK_LOCAL_POSITION_NED, "LOCAL_POSITION_NED", 185, 28, local_position_ned},
     {MAVLINK_GLOBAL_POSITION_INT, "GLOBAL_POSITION_INT", 104, 28, global_position_int},
+    {MAVLINK_SERVO_OUTPUT_RAW, "SERVO_OUTPUT_RAW", 222, 37, servo_output_raw},
     {MAVLINK_VFR_HUD, "VFR_HUD", 20, 20, vfr_hud},
     {MAVLINK_COMMAND_LONG, "COMMAND_LONG", 152, 33, command_long},
     {MAVLINK_TIMESYNC, "TIMESYNC", 34, 18, timesync},

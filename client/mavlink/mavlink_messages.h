@@ -18,11 +18,14 @@
 enum mavlink_id {
     MAVLINK_HEARTBEAT = 0,
     MAVLINK_SYSTEM_TIME = 2,
+    MAVLINK_PARAM_REQUEST_READ = 20,
+    MAVLINK_PARAM_VALUE = 22,
     MAVLINK_SCALED_PRESSURE = 29,
     MAVLINK_ATTITUDE = 30,
     MAVLINK_ATTITUDE_QUATERNION = 31,
     MAVLINK_LOCAL_POSITION_NED = 32,
     MAVLINK_GLOBAL_POSITION_INT = 33,
+    MAVLINK_SERVO_OUTPUT_RAW = 36,
     MAVLINK_VFR_HUD = 74,
     MAVLINK_COMMAND_LONG = 76,
     MAVLINK_TIMESYNC = 111,
@@ -40,7 +43,10 @@ enum mavlink_id {
 
 enum mavlink_value { /* of fields, as the definitions number them */
                      MAVLINK_TYPE_GCS = 6,
+                     MAVLINK_TYPE_SUBMARINE = 12,
                      MAVLINK_TYPE_ONBOARD_CONTROLLER = 18,
+                     MAVLINK_AUTOPILOT_ARDUPILOT = 3,
+                     MAVLINK_MODE_ARMED = 128,      /* of base_mode */
                      MAVLINK_AUTOPILOT_INVALID = 8, /* this component is no autopilot */
                      MAVLINK_STATE_ACTIVE = 4,
                      MAVLINK_STATE_CRITICAL = 5,
@@ -93,6 +99,29 @@ struct mavlink_global_position_int {
     int32_t alt, relative_alt; /* mm, upward: above the sea, and above home */
     int16_t vx, vy, vz;        /* cm/s */
     uint16_t hdg;              /* 0.01 deg */
+};
+
+#define MAVLINK_PARAM_ID 16
+
+struct mavlink_param_request_read {
+    int16_t param_index; /* -1: by its name */
+    uint8_t target_system, target_component;
+    char param_id[MAVLINK_PARAM_ID]; /* zeros behind; none when full */
+};
+
+struct mavlink_param_value {
+    float param_value; /* the number, whatever the type */
+    uint16_t param_count, param_index;
+    char param_id[MAVLINK_PARAM_ID];
+    uint8_t param_type;
+};
+
+#define MAVLINK_SERVOS 16
+
+struct mavlink_servo_output_raw {
+    uint32_t time_usec;             /* since start, wrapping */
+    uint16_t servo[MAVLINK_SERVOS]; /* us; 0: no pulses */
+    uint8_t port;
 };
 
 struct mavlink_vfr_hud {

@@ -24,6 +24,7 @@ void mavlink_vehicle_init(struct mavlink_vehicle *vehicle, const struct mavlink_
     *vehicle = (struct mavlink_vehicle){.conf = *conf, .system_id = conf->system_id};
     mavlink_barometers_init(&vehicle->barometers, conf->barometer,
                             PA_PER_HPA / (conf->density_kgpm3 * GRAVITY_MPS2));
+    mavlink_thrusters_init(&vehicle->thrusters, &conf->thrusters);
 }
 
 bool mavlink_vehicle_present(struct mavlink_vehicle *vehicle, uint64_t now_ns)
@@ -33,6 +34,7 @@ bool mavlink_vehicle_present(struct mavlink_vehicle *vehicle, uint64_t now_ns)
         vehicle->clock.known = false;
         vehicle->aiding = (struct mavlink_aiding){0};
         vehicle->next.has = 0;
+        mavlink_thrusters_forget(&vehicle->thrusters);
     }
     return vehicle->present;
 }
@@ -51,6 +53,7 @@ bool mavlink_vehicle_speaks(const struct mavlink_vehicle *vehicle, const struct 
 void mavlink_vehicle_moved(struct mavlink_vehicle *vehicle)
 {
     mavlink_barometers_forget(&vehicle->barometers);
+    mavlink_thrusters_forget(&vehicle->thrusters);
 }
 
 /* A heartbeat of an autopilot takes the vehicle's place when that is free. */
@@ -64,8 +67,13 @@ static void meet(struct mavlink_vehicle *vehicle, const struct mavlink_frame *fr
         vehicle->present = true;
         vehicle->system_id = frame->system_id;
     }
-    if (vehicle->present && vehicle->system_id == frame->system_id)
+    if (vehicle->present && vehicle->system_id == frame->system_id) {
+        struct mavlink_heartbeat heartbeat;
+
         vehicle->heartbeat_ns = now_ns;
+        mavlink_unpack(frame->message, frame->payload, &heartbeat);
+        mavlink_thrusters_heartbeat(&vehicle->thrusters, &heartbeat);
+    }
 }
 
 /* The sample's own time; 0, counted, when it is too old to be of use, or nobody knows whose clock it is of. Then
@@ -76,6 +84,7 @@ static uint64_t sampled(struct mavlink_vehicle *vehicle, uint32_t boot_ms, uint6
 
     if (mavlink_clock_doubtful(&vehicle->clock, now_ns)) {
         mavlink_aiding_doubt(&vehicle->aiding, now_ns);
+        mavlink_thrusters_lose(&vehicle->thrusters, MAVLINK_NO_CLOCK);
         vehicle->next.has = 0;
         vehicle->undated++;
         return 0;
@@ -120,6 +129,7 @@ static void take_quaternion(struct mavlink_vehicle *vehicle, const double q[4], 
     vehicle->next.has |= MAVLINK_POSE_ATTITUDE;
     vehicle->next.t_ns = t_ns;
     vehicle->attitude_ns = now_ns;
+    mavlink_thrusters_attitude(&vehicle->thrusters, vehicle->next.quaternion, t_ns);
 }
 
 static void take_attitude(struct mavlink_vehicle *vehicle, const struct mavlink_frame *frame, uint64_t now_ns)
@@ -317,6 +327,36 @@ static void take_altitude(struct mavlink_vehicle *vehicle, const struct mavlink_
         mavlink_barometers_altitude(&vehicle->barometers, MAVLINK_ALTITUDE_AHRS2, m.ahrs2.altitude, now_ns);
 }
 
+/* Its time is that of the autopilot's clock in microseconds, of which 32 bits come: the same moment as near to now as
+ * they allow. */
+static void take_servo(struct mavlink_vehicle *vehicle, const struct mavlink_frame *frame, uint64_t now_ns)
+{
+    struct mavlink_servo_output_raw m;
+
+    mavlink_unpack(frame->message, frame->payload, &m);
+    if (!vehicle->clock.known)
+        return;
+
+    const uint32_t now_us = (uint32_t)(mavlink_clock_boot_ns(&vehicle->clock, now_ns) / 1000u);
+    const int64_t age_ns = (int64_t)(int32_t)(now_us - m.time_usec) * 1000;
+
+    if (mavlink_clock_doubtful(&vehicle->clock, now_ns) || age_ns > (int64_t)TOO_OLD_NS ||
+        age_ns < -(int64_t)ALONE_AFTER_NS) {
+        mavlink_thrusters_lose(&vehicle->thrusters, MAVLINK_NO_CLOCK);
+        vehicle->undated++;
+        return;
+    }
+    mavlink_thrusters_servo(&vehicle->thrusters, &m, age_ns > 0 ? now_ns - (uint64_t)age_ns : now_ns, now_ns);
+}
+
+static void take_param(struct mavlink_vehicle *vehicle, const struct mavlink_frame *frame)
+{
+    struct mavlink_param_value m;
+
+    mavlink_unpack(frame->message, frame->payload, &m);
+    mavlink_thrusters_param(&vehicle->thrusters, &m);
+}
+
 static void take_clock(struct mavlink_vehicle *vehicle, const struct mavlink_frame *frame, uint64_t now_ns)
 {
     if (frame->message->id == MAVLINK_SYSTEM_TIME) {
@@ -375,6 +415,12 @@ bool mavlink_vehicle_take(struct mavlink_vehicle *vehicle, const struct mavlink_
     case MAVLINK_ESTIMATOR_STATUS:
         take_report(vehicle, frame, now_ns);
         break;
+    case MAVLINK_SERVO_OUTPUT_RAW:
+        take_servo(vehicle, frame, now_ns);
+        break;
+    case MAVLINK_PARAM_VALUE:
+        take_param(vehicle, frame);
+        break;
     case MAVLINK_SYSTEM_TIME:
     case MAVLINK_TIMESYNC:
         take_clock(vehicle, frame, now_ns);
@@ -400,6 +446,12 @@ bool mavlink_vehicle_pose(struct mavlink_vehicle *vehicle, uint64_t now_ns, stru
     vehicle->t_pose_ns = out->t_ns;
     vehicle->next.has = 0;
     return true;
+}
+
+bool mavlink_vehicle_bound(struct mavlink_vehicle *vehicle, struct mavlink_pose *out)
+{
+    *out = (struct mavlink_pose){.has = MAVLINK_POSE_BOUND};
+    return mavlink_thrusters_take(&vehicle->thrusters, &out->t_ns, out->bound_mps);
 }
 
 /* The one that is used began where its first reading is no surface. */

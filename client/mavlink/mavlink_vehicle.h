@@ -14,6 +14,7 @@
 #include "mavlink_barometer.h"
 #include "mavlink_clock.h"
 #include "mavlink_frame.h"
+#include "mavlink_thrusters.h"
 
 enum mavlink_pose_part {
     MAVLINK_POSE_ATTITUDE = 1,
@@ -21,6 +22,7 @@ enum mavlink_pose_part {
     MAVLINK_POSE_VELOCITY = 4,
     MAVLINK_POSE_DEPTH = 8,
     MAVLINK_POSE_ALTITUDE = 16,
+    MAVLINK_POSE_BOUND = 32, /* alone */
 };
 
 struct mavlink_pose {
@@ -31,6 +33,7 @@ struct mavlink_pose {
     double velocity_mps[3];
     double depth_m;
     double altitude_m; /* above the bottom */
+    double bound_mps[2]; /* level, and up or down: mavlink_thrusters_take */
 };
 
 struct mavlink_vehicle_conf {
@@ -39,6 +42,7 @@ struct mavlink_vehicle_conf {
     double surface_hpa;   /* pressure at the surface; 0: the first reading's, if air has it */
     double density_kgpm3; /* of the water */
     bool told_below;      /* the autopilot is sent ranges downward: what it says of the bottom may be those */
+    struct mavlink_thrusters_conf thrusters;
 };
 
 struct mavlink_vehicle {
@@ -46,6 +50,7 @@ struct mavlink_vehicle {
     struct mavlink_clock clock;
     struct mavlink_barometers barometers;
     struct mavlink_aiding aiding;
+    struct mavlink_thrusters thrusters;
     int told_surface; /* of this one it was said that its first reading is no surface */
     bool present;
     uint8_t system_id; /* of the vehicle last present, or the configured; 0: none yet */
@@ -84,6 +89,9 @@ bool mavlink_vehicle_present(struct mavlink_vehicle *vehicle, uint64_t now_ns);
  * and where the sensor says that it is none.
  */
 bool mavlink_vehicle_pose(struct mavlink_vehicle *vehicle, uint64_t now_ns, struct mavlink_pose *out);
+
+/** mavlink_vehicle_bound - the bound of its speed since the last one, as a pose of its own. False: none is new. */
+bool mavlink_vehicle_bound(struct mavlink_vehicle *vehicle, struct mavlink_pose *out);
 
 /**
  * mavlink_vehicle_depth_news - as mavlink_barometers_news, while the depth is taken from pressure: not while positions

@@ -22,6 +22,7 @@
 #define DEFAULT_COMPONENT    196 /* MAV_COMP_ID_OBSTACLE_AVOIDANCE */
 #define DEFAULT_RATE_HZ      10.0
 #define DEFAULT_DENSITY      1025.0
+#define DRAG_MOST            1000.0
 #define STANDARD_SURFACE_HPA 1013.25
 
 static volatile sig_atomic_t stop_wanted;
@@ -56,6 +57,9 @@ static const struct argument options[] = {
      ARGUMENT_TEXT, 0, 0, 0},
     {"--density", "density", "KG/M3", "of the water, for depth from pressure (1025)", ARGUMENT_NUMBER, 0, 900,
      1200},
+    {"--battery", "battery", "V", "the thrusters', when full (16.8)", ARGUMENT_NUMBER, 0, 10, 25},
+    {"--drag", "drag", "A,B", "of the vehicle ahead, A v + B v^2 newtons (the least of published ones)",
+     ARGUMENT_TEXT, 0, 0, 0},
     {"--sign", "sign", "FILE", "sign frames, and want them signed, with the key of 64 hex digits in it",
      ARGUMENT_TEXT, 0, 0, 0},
     {"--sign-link", "sign-link", "N", "link id in our signatures (0)", ARGUMENT_INTEGER, 0, 0, 255},
@@ -108,6 +112,27 @@ static void parse_words(const json_t *given, struct mavlink_bridge_conf *conf, s
     }
 }
 
+/* "4.03,18.18" */
+static void parse_drag(const char *text, struct speed_bound_conf *drag, struct fault *fault)
+{
+    const char *comma = text ? strchr(text, ',') : NULL;
+    char first[32];
+
+    if (!text)
+        return;
+    if (comma && comma - text < (ptrdiff_t)sizeof first) {
+        memcpy(first, text, (size_t)(comma - text));
+        first[comma - text] = '\0';
+        if (arguments_number(first, 0, DRAG_MOST, &drag->linear_nspm) &&
+            arguments_number(comma + 1, 1, DRAG_MOST, &drag->square_ns2pm2))
+            return;
+    }
+    fault_set(fault,
+              "--drag %.50s: want two numbers, N at 1 m/s: 0 to %g of the linear part, 1 to %g of the square one, "
+              "such as 4.03,18.18",
+              text, DRAG_MOST, DRAG_MOST);
+}
+
 static void read_key(const char *path, struct mavlink_signing *signing, struct fault *fault)
 {
     char text[200];
@@ -146,7 +171,10 @@ static bool parse_conf(const struct arguments *arguments, struct mavlink_bridge_
                                      .signing = key_file ? signing : NULL};
     conf->vehicle.barometer = (int)number(given, "barometer", MAVLINK_BAROMETER_ANY);
     signing->link_id = (uint8_t)number(given, "sign-link", 0);
+    conf->vehicle.thrusters.volts = number(given, "battery", THRUST_VOLTS);
     parse_words(given, conf, fault);
+    if (!fault->text[0])
+        parse_drag(json_string_value(json_object_get(given, "drag")), &conf->vehicle.thrusters.drag, fault);
     if (!fault->text[0] && key_file)
         read_key(key_file, signing, fault);
     if (!fault->text[0] && (arguments->n_words > 0 || !address)) {

@@ -107,8 +107,8 @@ void pose_own(struct methods_env *d, const struct pose *pose)
     pose_taken(d, pose);
 }
 
-/* What is recorded goes by the capture's clock, which does not step when the computer's is set; a replay dates it back as
- * its configuration says. */
+/* What is recorded goes by the capture's clock, which does not step when the computer's is set; a replay dates it back
+ * as its configuration says. */
 static void date_by_capture(const struct methods_env *d, json_t *params, uint64_t given_ns)
 {
     if (json_object_get(params, "t_unix") && !d->replay)

@@ -47,8 +47,8 @@ const char *query_pose_missing(const struct methods_env *d, char text[QUERY_REAS
  */
 const char *query_pose_drift(const struct methods_env *d, char text[QUERY_REASON_SIZE]);
 
-/** query_bound_doubt - why no bound of the speed counts although a client sends, or sent, one; empty: one does, or nobody
- * ever did. */
+/** query_bound_doubt - why no bound of the speed counts although a client sends, or sent, one; empty: one does, or
+ * nobody ever did. */
 const char *query_bound_doubt(const struct methods_env *d);
 
 /** query_unix_offset_ns - Unix time less the loop's, as of now: the computer's clock may be set while sonard runs.

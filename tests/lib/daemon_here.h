@@ -34,9 +34,12 @@ static inline bool make_directory(void)
 struct daemon_here {
     int listener, fd;
     json_int_t watches, leaks;
-    double pose_unix; /* t_unix of the last pose */
-    double rolled;    /* the most that a pose was, by its quaternion's x */
-    int clear;        /* so many sectors, the last ones */
+    double pose_unix;  /* t_unix of the last pose */
+    double rolled;     /* the most that a pose was, by its quaternion's x */
+    int clear;         /* so many sectors, the last ones */
+    char no_bound[16]; /* why there is none, as told last */
+    int bounds;        /* of its speed; the last one: */
+    double bound_mps;
     bool wet, replay;
     int status_watch; /* what the client counts as its watch of status */
 };
@@ -84,9 +87,16 @@ static int agree(struct daemon_here *d)
         json_t *result =
             pose ? json_pack("{s:b}", "taken", 1) : json_pack("{s:I}", "watch", (json_int_t)++d->watches);
 
-        poses += pose;
-        if (pose) {
-            const json_t *params = json_object_get(request, "params");
+        const json_t *params = json_object_get(request, "params");
+        const json_t *bound = json_object_get(params, "speed_bound_mps");
+        if (pose && json_object_get(params, "no_speed_bound")) {
+            snprintf(d->no_bound, sizeof d->no_bound, "%s",
+                     json_string_value(json_object_get(params, "no_speed_bound")));
+        } else if (bound) {
+            d->bounds++;
+            d->bound_mps = json_number_value(json_array_get(bound, 0));
+        } else if (pose) {
+            poses++;
             const json_t *x = json_array_get(json_object_get(params, "quaternion"), 1);
             d->pose_unix = json_number_value(json_object_get(params, "t_unix"));
             d->rolled = fmax(d->rolled, fabs(json_number_value(x)));

@@ -332,7 +332,7 @@ def rates(bench, autopilot):
     check((-2 if SANITIZER else -0.05) < behind_s < 2 * PATIENCE, "the stamp is %.3f s behind" % behind_s)
     asked = {struct.unpack_from("<f", p)[0] for _, p in autopilot.of(COMMAND_LONG)}
     check(not autopilot.texts(), "texts without need: %s" % autopilot.texts())
-    check(asked <= {29.0, 30.0, 32.0, 74.0, 137.0, 143.0, 193.0, 230.0}, "asked for messages %s" % asked)
+    check(asked <= {29.0, 30.0, 32.0, 36.0, 74.0, 137.0, 143.0, 193.0, 230.0}, "asked for messages %s" % asked)
     check(client.call("status")["pose"]["count"] > 40, "poses: %s" % client.call("status")["pose"])
     check(process.stop() == 0 and "0 bad CRC" in process.log(), "end of the bridge: " + process.log())
 

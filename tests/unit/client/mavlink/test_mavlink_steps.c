@@ -25,6 +25,8 @@ struct heard {
     struct mavlink_distance_sensor last_below;
     struct mavlink_obstacle_distance_3d point[MAVLINK_SECTORS]; /* the first ones */
     bool asked_reports, asked_rates;                            /* for the estimator's messages; for any other */
+    int asked_servos;                                           /* for what the thrusters do */
+    char param[20];                                             /* that was asked for last */
     int64_t synced_ns;                                          /* what it wrote into a question about its clock */
 };
 
@@ -40,7 +42,10 @@ struct flight {
     uint64_t now_ns;
     bool flies, answers; /* the autopilot speaks; the daemon does */
     bool pings;          /* the sonar does */
-    double ping_s;       /* it did last, after START; negative: never */
+    bool thrusters;      /* the autopilot tells what they do, and its parameters */
+    uint16_t pulse_us;   /* of all motors */
+    int frame_config;
+    double ping_s; /* it did last, after START; negative: never */
     double range_m;
     int poses;
     double hold_s; /* the bridge is held up for so long when it next has read the clock */
@@ -89,6 +94,28 @@ static void say_frame(enum mavlink_id id, const void *content)
     CHECK_INT(sendto(f.fd, frame, n, 0, (struct sockaddr *)&f.bridge_at, sizeof f.bridge_at), n);
 }
 
+static void say_param(const char *name)
+{
+    struct mavlink_param_value m = {.param_value = 1};
+    int n;
+
+    if (sscanf(name, "SERVO%d", &n) == 1)
+        m.param_value = (float)(n <= 6 ? 32 + n : 0);
+    if (strcmp(name, "FRAME_CONFIG") == 0)
+        m.param_value = (float)f.frame_config;
+    memcpy(m.param_id, name, strnlen(name, sizeof m.param_id));
+    say_frame(MAVLINK_PARAM_VALUE, &m);
+}
+
+static void say_thrusters(void)
+{
+    struct mavlink_servo_output_raw m = {.time_usec = (uint32_t)(100000000 + (f.now_ns - START) / 1000)};
+
+    for (int i = 0; i < 6; i++)
+        m.servo[i] = f.pulse_us;
+    say_frame(MAVLINK_SERVO_OUTPUT_RAW, &m);
+}
+
 /* The autopilot has been up for 100 s at START, and turns. */
 static void say_vehicle(void)
 {
@@ -100,6 +127,8 @@ static void say_vehicle(void)
         return;
     say_frame(MAVLINK_HEARTBEAT, &beat);
     say_frame(MAVLINK_ATTITUDE, &attitude);
+    if (f.thrusters)
+        say_thrusters();
     patience_for(f.link.fd, POLLIN);
 }
 
@@ -174,7 +203,14 @@ static bool hear(struct heard *h)
         mavlink_unpack(frame.message, frame.payload, &m);
         const bool report = m.param[0] == MAVLINK_EKF_STATUS_REPORT || m.param[0] == MAVLINK_ESTIMATOR_STATUS;
         h->asked_reports |= report;
-        h->asked_rates |= !report;
+        h->asked_servos += m.param[0] == MAVLINK_SERVO_OUTPUT_RAW;
+        h->asked_rates |= !report && m.param[0] != MAVLINK_SERVO_OUTPUT_RAW;
+    } else if (frame.message->id == MAVLINK_PARAM_REQUEST_READ) {
+        struct mavlink_param_request_read m;
+        mavlink_unpack(frame.message, frame.payload, &m);
+        snprintf(h->param, sizeof h->param, "%.16s", m.param_id);
+        if (f.thrusters)
+            say_param(h->param);
     } else if (frame.message->id == MAVLINK_TIMESYNC) {
         struct mavlink_timesync m;
         mavlink_unpack(frame.message, frame.payload, &m);
@@ -326,6 +362,35 @@ TEST(poses_have_the_time_of_their_measurement)
     f.poses = 0;
     seconds(3);
     CHECK_INT(f.poses, 0);
+    end();
+}
+
+/* It asks for what it needs, tells the daemon how fast the vehicle can be, and why it no longer can. */
+TEST(what_the_thrusters_do_bounds_the_speed)
+{
+    begin_flight();
+    seconds(2);
+    const struct heard h = second();
+    CHECK(h.asked_servos >= 1 && h.param[0]);
+    CHECK_STR(f.daemon.no_bound, "parameters");
+    f.thrusters = true;
+    f.pulse_us = 1500;
+    f.frame_config = 1;
+    seconds(40);
+    const int bounds = f.daemon.bounds;
+    CHECK(bounds > 300 && f.daemon.bound_mps < 0.2);
+    f.pulse_us = 1600; /* all motors of one side */
+    seconds(10);
+    CHECK(f.daemon.bound_mps > 0.3);
+    f.pulse_us = 2000;
+    f.daemon.bounds = 0;
+    seconds(2);
+    CHECK_INT(f.daemon.bounds, 0);
+    CHECK_STR(f.daemon.no_bound, "pulses");
+    f.pulse_us = 1500;
+    f.frame_config = 9; /* it is asked for again now and then */
+    seconds(40);
+    CHECK_STR(f.daemon.no_bound, "frame");
     end();
 }
 
@@ -561,6 +626,7 @@ int main(void)
     RUN(a_silent_sonar_is_told_and_its_obstacles_keep_their_time);
     RUN(what_is_late_at_the_start_is_no_fault);
     RUN(poses_have_the_time_of_their_measurement);
+    RUN(what_the_thrusters_do_bounds_the_speed);
     RUN(a_stranger_is_not_believed_beside_the_autopilot);
     RUN(a_peer_that_is_silent_is_replaced);
     RUN(nor_do_poses_lose_it_when_the_bridge_is_held_up);
