@@ -128,6 +128,8 @@ struct trial {
     unsigned untold;            /* parts that poses do not tell */
     double delay_s, delay_by_s; /* readings come so late, give or take as much, which is all that sonard knows */
     double doubt_s;             /* the time of poses is off by no more, either way */
+    double
+        water_mps; /* > 0: with each pose comes a bound of the speed, without the water, which goes so fast at most */
 };
 
 static const struct trial *trial;
@@ -1111,6 +1113,22 @@ static void ask_everything(uint64_t now_ns)
     ask_for_more_around();
 }
 
+/* As fast as it went since the last pose, but for what the water did of it. */
+static void tell_bound(uint64_t t_ns, double off_s)
+{
+    double mps[DRIFT_WAYS] = {0};
+    for (int i = 0; i <= 10; i++) {
+        struct pose p;
+        truth((double)(t_ns - trial->period_ns / 10 * (uint64_t)i) * 1e-9 - off_s, &p);
+        mps[DRIFT_LEVEL] = fmax(mps[DRIFT_LEVEL], hypot(p.velocity_mps[0], p.velocity_mps[1]) + 1e-3);
+        mps[DRIFT_VERTICAL] = fmax(mps[DRIFT_VERTICAL], fabs(p.velocity_mps[2]) + 1e-3);
+    }
+    for (int k = 0; k < DRIFT_WAYS; k++)
+        mps[k] = fmax(mps[k] - trial->water_mps, 0);
+    if (uniform(0, 1) < 0.98)
+        pose_log_bound(&d.poses, t_ns, mps);
+}
+
 /* ---- a run ---- */
 
 static void run_world(void)
@@ -1145,6 +1163,8 @@ static void run_world(void)
             leave_out(&p);
             if (uniform(0, 1) >= trial->lost && p.has && pose_log_put(&d.poses, &p))
                 pose_taken(&d, &p);
+            if (trial->water_mps > 0)
+                tell_bound(next_pose, pose_off_s);
         }
         for (int i = 0; i < vehicle->heads; i++)
             for (; next_ping[i] + late_ns[i] + SECOND / 50 <= t; next_ping[i] += vehicle->head[i].period_ns) {
