@@ -20,6 +20,7 @@
 #define ASK_EVERY_NS      10000000000u
 #define ATTITUDE_DUE      2000000000u /* asked for again when none came for so long */
 #define READS_PER_TURN    32          /* so that a flood does not keep the obstacles waiting */
+#define CLIMB_INTERVAL_US 200000
 #define SERVO_INTERVAL_US 50000
 #define PARAMS_A_SECOND   8 /* asked for while they are not known */
 #define OWN_SYSTEM        1 /* until a vehicle's is known: that of nearly all vehicles */
@@ -140,6 +141,8 @@ static void ask_for_thrusters(struct mavlink_bridge *b, uint64_t now_ns)
 
     if (mavlink_thrusters_slow(&b->vehicle.thrusters))
         ask_for_rate(b, MAVLINK_SERVO_OUTPUT_RAW, SERVO_INTERVAL_US, now_ns);
+    if (b->vehicle.thrusters.submarine && !b->vehicle.thrusters.climb_ns)
+        ask_for_rate(b, MAVLINK_VFR_HUD, CLIMB_INTERVAL_US, now_ns);
     for (int i = 0; i < PARAMS_A_SECOND; i++)
         if (mavlink_thrusters_ask(&b->vehicle.thrusters, true, m.param_id))
             send_message(b, MAVLINK_PARAM_REQUEST_READ, &m, now_ns);

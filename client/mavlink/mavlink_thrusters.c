@@ -8,7 +8,12 @@
 #define ATTITUDE_OLD_NS 300000000u
 #define REORDERED_NS    100000000u /* a message that is older than the last by less was overtaken */
 #define RESTARTED_NS    2000000000u
-#define IN_SECOND       12 /* of 20 samples */
+#define IN_SECOND       12   /* of 20 samples */
+#define CLIMB_S         2.0  /* of the average: a motion to and fro pushes to and fro */
+#define CLIMB_OFF       0.03 /* of the average */
+#define CLIMB_MOST      20.0
+#define CLIMB_OLD_NS    1000000000u
+#define CLIMBS_NS       5000000000u
 
 #define FRAME     0
 #define DIRECTION 1                   /* of motor 1 */
@@ -169,6 +174,24 @@ void mavlink_thrusters_attitude(struct mavlink_thrusters *t, const double q[4], 
         .yaw_rad = atan2(2 * (q[1] * q[2] + q[0] * q[3]), 1 - 2 * (q[2] * q[2] + q[3] * q[3]))};
 }
 
+void mavlink_thrusters_climb(struct mavlink_thrusters *t, double mps, uint64_t now_ns)
+{
+    const double gap_s = t->climb_ns && now_ns > t->climb_ns ? (double)(now_ns - t->climb_ns) * 1e-9 : 0;
+    if (mps == 0 || !(fabs(mps) < CLIMB_MOST))
+        return;
+    if (t->climb_ns == 0 || now_ns - t->climb_ns > CLIMB_OLD_NS) {
+        t->climbs_ns = now_ns;
+        t->climb_mps = mps;
+    }
+    t->climb_mps += (mps - t->climb_mps) * (1 - exp(-gap_s / CLIMB_S));
+    t->climb_ns = now_ns;
+}
+
+bool mavlink_thrusters_climb_known(const struct mavlink_thrusters *t, uint64_t now_ns)
+{
+    return t->climb_ns && now_ns <= t->climb_ns + CLIMB_OLD_NS && now_ns >= t->climbs_ns + CLIMBS_NS;
+}
+
 static void step(struct mavlink_thrusters *t, const struct thrust_frame *frame, const struct thrust_range now[],
                  uint64_t t_ns)
 {
@@ -178,6 +201,8 @@ static void step(struct mavlink_thrusters *t, const struct thrust_frame *frame, 
     push.tilt_known =
         a->t_ns && b->t_ns && a->t_ns + ATTITUDE_OLD_NS > t_ns && b->t_ns + ATTITUDE_OLD_NS > t->t_ns;
     push.turned_rad = remainder(a->yaw_rad - b->yaw_rad, 2 * 3.14159265358979323846);
+    push.climb_known = mavlink_thrusters_climb_known(t, t->heard_ns);
+    push.climb_mps = fabs(t->climb_mps) + CLIMB_OFF;
     memcpy(push.down[0], b->down, sizeof push.down[0]);
     memcpy(push.down[1], a->down, sizeof push.down[1]);
     for (int k = 0; k < frame->n; k++)

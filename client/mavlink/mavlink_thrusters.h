@@ -52,6 +52,8 @@ struct mavlink_thrusters {
     bool known[MAVLINK_THRUSTERS_PARAMS];
     int asked;                                          /* the parameter asked for last */
     struct mavlink_thrusters_attitude attitude, before; /* newest; that of the last sample */
+    double climb_mps;                                   /* on the average of CLIMB_S */
+    uint64_t climb_ns, climbs_ns;                       /* when it came last, and since when it does; 0: never */
     struct thrust_range thrust[THRUST_MOTORS];          /* of the last sample */
     uint64_t t_ns;                                      /* of it; 0: none, or what came before it is not known */
     uint64_t heard_ns;                                  /* when a sample came last, usable or not */
@@ -75,6 +77,12 @@ void mavlink_thrusters_param(struct mavlink_thrusters *t, const struct mavlink_p
 
 /** mavlink_thrusters_attitude - q: unit quaternion, body to NED. */
 void mavlink_thrusters_attitude(struct mavlink_thrusters *t, const double q[4], uint64_t t_ns);
+
+/** mavlink_thrusters_climb - upward, m/s, by the depth sensor; exactly 0 is no measurement. */
+void mavlink_thrusters_climb(struct mavlink_thrusters *t, double mps, uint64_t now_ns);
+
+/** mavlink_thrusters_climb_known - does it come, and has it for some seconds? */
+bool mavlink_thrusters_climb_known(const struct mavlink_thrusters *t, uint64_t now_ns);
 
 /** mavlink_thrusters_servo - pulses of t_ns that came at now_ns. */
 void mavlink_thrusters_servo(struct mavlink_thrusters *t, const struct mavlink_servo_output_raw *m, uint64_t t_ns,

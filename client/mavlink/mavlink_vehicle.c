@@ -318,9 +318,10 @@ static void take_altitude(struct mavlink_vehicle *vehicle, const struct mavlink_
     } m;
 
     mavlink_unpack(frame->message, frame->payload, &m);
-    if (frame->message->id == MAVLINK_VFR_HUD)
+    if (frame->message->id == MAVLINK_VFR_HUD) {
         mavlink_barometers_altitude(&vehicle->barometers, MAVLINK_ALTITUDE_VFR_HUD, m.hud.alt, now_ns);
-    else if (frame->message->id == MAVLINK_GLOBAL_POSITION_INT)
+        mavlink_thrusters_climb(&vehicle->thrusters, m.hud.climb, now_ns);
+    } else if (frame->message->id == MAVLINK_GLOBAL_POSITION_INT)
         mavlink_barometers_altitude(&vehicle->barometers, MAVLINK_ALTITUDE_GLOBAL_POSITION,
                                     m.place.relative_alt * 1e-3, now_ns);
     else

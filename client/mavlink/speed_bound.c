@@ -84,7 +84,7 @@ static double push_along(const struct thrust_frame *frame, const struct thrust_r
 static double drive_along(const struct speed_bound *b, const struct speed_bound_push *p,
                           const struct thrust_range range[], const double u[3])
 {
-    return push_along(p->frame, range, u) + fmax(-u[2] * b->down_n, u[2] * b->up_n);
+    return push_along(p->frame, range, u) + fmax(-u[2] * b->drag_n[1], u[2] * b->drag_n[0]);
 }
 
 static void scale_to(double v[3], double by, const double plus[3], double out[3])
@@ -155,6 +155,12 @@ static double relaxed(double from, double to, double share)
     return to + (from - to) * share;
 }
 
+/* The most drag of all models, going up or down, and a tenth. */
+static double heave_n(double mps)
+{
+    return 1.1 * mps * (33 + 190 * mps);
+}
+
 /* What has driven it goes at once to what is more, and slowly to what is less. */
 static void follow(double *drive_n, double now_n, double dt_s)
 {
@@ -221,7 +227,7 @@ static double tilted_pushes(struct speed_bound *b, const struct speed_bound_push
     sin_tilt += TILT_OFF;
     /* what an attitude that is a little off turns from one to the other */
     for (int way = SPEED_BOUND_AHEAD; way <= SPEED_BOUND_LEVEL; way++)
-        force_n[way] += TILT_OFF * fmax(b->up_n, b->down_n);
+        force_n[way] += TILT_OFF * (fmax(force_n[SPEED_BOUND_VERTICAL], 0) + fmax(b->drag_n[0], b->drag_n[1]));
     follow(&b->along_n, force_n[SPEED_BOUND_LEVEL], dt_s);
     force_n[SPEED_BOUND_VERTICAL] += WEIGHT_N + sin_tilt * b->along_n;
     return sin_tilt;
@@ -236,6 +242,9 @@ void speed_bound_step(struct speed_bound *b, const struct speed_bound_push *p, d
     const struct sums sums = sums_of(p->frame, range);
     follow(&b->up_n, sums.up_n, dt_s);
     follow(&b->down_n, sums.down_n, dt_s);
+    const double most_n = p->climb_known ? heave_n(p->climb_mps) : INFINITY;
+    b->drag_n[0] = fmin(b->up_n, most_n);
+    b->drag_n[1] = fmin(b->down_n, most_n);
     if (p->tilt_known && hypot(p->down[0][0], p->down[0][1]) < STEEP &&
         hypot(p->down[1][0], p->down[1][1]) < STEEP)
         sin_tilt = tilted_pushes(b, p, range, dt_s, force_n);

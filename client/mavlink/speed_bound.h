@@ -53,8 +53,10 @@ enum speed_bound_way {
 struct speed_bound {
     struct speed_bound_conf conf;
     struct thrust_range thrust[THRUST_MOTORS]; /* what it can be by now, of each motor */
-    double up_n, down_n; /* what has pushed it up and down in its own axes lately: drag pushes back with no more */
-    double along_n;      /* likewise along the level */
+    double up_n,
+        down_n; /* what has pushed it up and down in its own axes lately: drag pushes back with no more, ... */
+    double drag_n[2];             /* ... and with no more than its climb allows: against a way up, and down */
+    double along_n;               /* likewise along the level */
     double mps[SPEED_BOUND_WAYS]; /* momentum by mass */
     double sin_tilt;              /* 0: level and vertical are not told apart */
 };
@@ -66,6 +68,8 @@ struct speed_bound_push {
     bool tilt_known;
     double down[2][3]; /* where down was in the body's axes (unit vectors), before and after */
     double turned_rad; /* how far the heading turned meanwhile */
+    bool climb_known;
+    double climb_mps; /* it goes up or down no faster, on the average of some seconds */
 };
 
 /** speed_bound_start - nothing is known of the time before. */

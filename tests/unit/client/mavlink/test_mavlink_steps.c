@@ -204,7 +204,7 @@ static bool hear(struct heard *h)
         const bool report = m.param[0] == MAVLINK_EKF_STATUS_REPORT || m.param[0] == MAVLINK_ESTIMATOR_STATUS;
         h->asked_reports |= report;
         h->asked_servos += m.param[0] == MAVLINK_SERVO_OUTPUT_RAW;
-        h->asked_rates |= !report && m.param[0] != MAVLINK_SERVO_OUTPUT_RAW;
+        h->asked_rates |= !report && m.param[0] != MAVLINK_SERVO_OUTPUT_RAW && m.param[0] != MAVLINK_VFR_HUD;
     } else if (frame.message->id == MAVLINK_PARAM_REQUEST_READ) {
         struct mavlink_param_request_read m;
         mavlink_unpack(frame.message, frame.payload, &m);

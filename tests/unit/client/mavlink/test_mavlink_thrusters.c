@@ -90,6 +90,26 @@ TEST(without_parameters_there_is_none)
     CHECK(!mavlink_thrusters_slow(&t));
 }
 
+/* Who does not go up or down is not driven aside by what weighs it down. */
+TEST(a_climb_that_is_known_says_more)
+{
+    uint64_t ms = 1000;
+    begin();
+    answer(NULL);
+    const double unknown_mps = run(still, &ms, 60000);
+    for (int i = 0; i < 300; i++) {
+        mavlink_thrusters_climb(&t, i % 2 ? 0.01 : -0.01, ms * MS);
+        run(still, &ms, 200);
+    }
+    CHECK(mavlink_thrusters_climb_known(&t, ms * MS));
+    CHECK(run(still, &ms, 200) < 0.8 * unknown_mps);
+    for (int i = 0; i < 50; i++) { /* zeros measure nothing */
+        mavlink_thrusters_climb(&t, 0, ms * MS);
+        run(still, &ms, 200);
+    }
+    CHECK(!mavlink_thrusters_climb_known(&t, ms * MS));
+}
+
 TEST(what_cannot_be_known_is_no_bound)
 {
     static const struct {
@@ -177,6 +197,10 @@ TEST(messages_that_are_lost_and_late)
                 mavlink_thrusters_attitude(&t, r.q, ms * MS);
             if (ms % 50 != 0 || test_uniform(&seed) < 0.15)
                 continue;
+            double ground[3];
+            rov_velocity(&r, ground);
+            if (dive % 2 && ms % 200 == 0)
+                mavlink_thrusters_climb(&t, -ground[2] + 0.02 * (test_uniform(&seed) - 0.5), ms * MS);
             pulses(r.pulse_us, ms * MS, (ms + 30) * MS);
             if (test_uniform(&seed) < 0.1)
                 pulses(r.pulse_us, ms * MS, (ms + 40) * MS);
@@ -197,6 +221,7 @@ int main(void)
 {
     seed = test_seed();
     RUN(without_parameters_there_is_none);
+    RUN(a_climb_that_is_known_says_more);
     RUN(what_cannot_be_known_is_no_bound);
     RUN(pulses_and_times_that_cannot_be);
     RUN(messages_that_are_lost_and_late);

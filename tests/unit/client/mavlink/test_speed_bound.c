@@ -31,6 +31,8 @@ struct dive {
     double may_m[2], went_m; /* allowed for, and what it went in fact */
     int last_us[8];
     double last_down[3], last_yaw_rad;
+    bool knows_climb;
+    double climb_mps; /* on the average of two seconds */
 };
 
 static double draw(struct dive *d, double lo, double hi)
@@ -102,6 +104,11 @@ static void sample(struct dive *d, double dt_s)
 {
     struct speed_bound_push push = {.frame = thrust_frame(d->rov.heavy ? 2 : 1), .tilt_known = true};
     const double yaw_rad = heading_of(&d->rov);
+    double ground[3];
+    rov_velocity(&d->rov, ground);
+    d->climb_mps += (ground[2] + draw(d, -0.02, 0.02) - d->climb_mps) * (1 - exp(-dt_s / 2));
+    push.climb_known = d->knows_climb;
+    push.climb_mps = fabs(d->climb_mps) + 0.03;
     push.turned_rad = remainder(yaw_rad - d->last_yaw_rad, 6.28318530717958648);
     memcpy(push.down[0], d->last_down, sizeof push.down[0]);
     down_of(d, push.down[1]);
@@ -125,6 +132,7 @@ static void start(struct dive *d, enum manoeuvre what, uint64_t of)
     d->sticks.levels = what != FREE && what != PITCHED;
     d->sticks.heads = d->sticks.levels;
     d->sticks.deep = d->sticks.levels && what != STICKS;
+    d->knows_climb = of >> 22 & 1;
     const double off = draw(d, 0, 1.8 / 57.3), to = draw(d, 0, 6.3);
     d->tilt_off[0] = off * cos(to);
     d->tilt_off[1] = off * sin(to);
