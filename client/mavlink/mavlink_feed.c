@@ -262,7 +262,7 @@ void mavlink_feed_pose(struct mavlink_feed *feed, const struct mavlink_pose *pos
                          (pose->has & MAVLINK_POSE_POSITION ? SONARD_POSE_POSITION : 0u) |
                          (pose->has & MAVLINK_POSE_VELOCITY ? SONARD_POSE_VELOCITY : 0u) |
                          (pose->has & MAVLINK_POSE_DEPTH ? SONARD_POSE_DEPTH : 0u) |
-                         (pose->has & MAVLINK_POSE_ALTITUDE ? SONARD_POSE_ALTITUDE : 0u |
+                         (pose->has & MAVLINK_POSE_ALTITUDE ? SONARD_POSE_ALTITUDE : 0u) |
                          (pose->has & MAVLINK_POSE_BOUND ? SONARD_POSE_SPEED_BOUND : 0u);
     struct sonard_pose said = {.has = has | SONARD_POSE_TIME,
                                .depth_m = pose->depth_m,
