@@ -32,7 +32,7 @@ struct mavlink_pose {
     double position_m[3]; /* NED */
     double velocity_mps[3];
     double depth_m;
-    double altitude_m; /* above the bottom */
+    double altitude_m;   /* above the bottom */
     double bound_mps[2]; /* level, and up or down: mavlink_thrusters_take */
 };
 

@@ -153,7 +153,7 @@ static bool pose_take(struct methods_env *d, const char *sender, json_t *params,
         return rpc_refuse(
             error, RPC_INVALID_PARAMS,
             "empty pose: want attitude_deg, quaternion, position_m, depth_m, velocity_mps, altitude_m or "
-                                "speed_bound_mps");
+            "speed_bound_mps");
     if (bound && !take_bound(d, params, p.t_ns) && !p.has)
         return rpc_refuse(error, RPC_INVALID_PARAMS, "t_unix is not after that of the last speed_bound_mps");
     if (!p.has) {

@@ -147,12 +147,11 @@ const char *query_pose_drift(const struct methods_env *d, char text[QUERY_REASON
     text[0] = '\0';
     if (now.pose.drift_mps > 0 && d->conf.vehicle.keep_mps < 0 && !pose_log_last_ns(&d->poses, POSE_POSITION) &&
         !pose_log_last_ns(&d->poses, POSE_VELOCITY))
-        snprintf(text, QUERY_REASON_SIZE,
-                 "no position or velocity: assuming up to %.1f m/s of drift%s%s%s%s",
+        snprintf(text, QUERY_REASON_SIZE, "no position or velocity: assuming up to %.1f m/s of drift%s%s%s%s",
                  bounded ? unseen->mps[DRIFT_LEVEL] : unseen->set.mps,
                  now.pose.has & POSE_DEPTH ? "" : " in every direction",
-                 bounded ? ", by its thrusters and current" : ", so free space soon expires",
-                 doubt[0] ? "; " : "", doubt);
+                 bounded ? ", by its thrusters and current" : ", so free space soon expires", doubt[0] ? "; " : "",
+                 doubt);
     return text;
 }
 

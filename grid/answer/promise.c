@@ -95,8 +95,8 @@ double promise_m(const struct promise *p, uint32_t direction, double slack, cons
     if ((drifts ? goes_on(p, s, near_m) : sure_m >= near_m) || !is_looked_at(p, direction, slack, &az_rad))
         return near_m;
     const double left_m = drifts ? adrift_m(p, s, near_m) : near_m;
-    /* By no head: what nobody has shown nobody promises. Of a beam that does not turn, drift takes the water at its edge
-     * away, near the vehicle first, though what stood beyond near_m then has come no nearer than left_m. */
+    /* By no head: what nobody has shown nobody promises. Of a beam that does not turn, drift takes the water at its
+     * edge away, near the vehicle first, though what stood beyond near_m then has come no nearer than left_m. */
     const double edge_rad = EDGE_CELLS * p->picture->rings->step_rad;
     const bool still = drifts && s->reason == ANSWER_HEARD && bearings_still(&p->frame->looks, az_rad, edge_rad);
     if (!bearings_have(p->shown, az_rad, 0) && !still)
