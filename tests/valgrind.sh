@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# valgrind.sh - a whole replay and the tests that finish in reasonable time under memcheck: no error, no leak. And the
-# instructions of the longest turn of the loop that a question of each method takes, under callgrind: at most 10 million.
+# valgrind.sh - a whole replay and the tests that finish in reasonable time under memcheck: no error, no leak. And under
+# callgrind the instructions of the longest turn of the loop that a question of each method takes: at most 10 million.
 set -u
 build=${BUILD:-build}
 status=0
@@ -28,8 +28,8 @@ for t in conf rpc loop pose_log layers ping_frame ping360 record capture_import;
     check "$t" "$build/tests/test_$t"
 done
 
-# METHOD MILLIONS: an answer about all directions is of one picture, so it has one part. Of 41253 directions of 1 degree,
-# all told, at the greatest parameters.
+# METHOD MILLIONS: an answer about all directions is of one picture, so it has one part. Of 41253 directions of
+# 1 degree, all told, at the greatest parameters.
 longer='blocked 18 explain 18 nearest 23 sectors 25'
 if valgrind -q --tool=callgrind --instr-atstart=no --callgrind-out-file="$tmp/turn" "$build/tests/test_rig_turns" \
     >"$tmp/out" 2>&1; then
