@@ -455,7 +455,7 @@ GUIDES   := NEWS README.md $(wildcard docs/*.md)
 # Guides name these by their places below docs/.
 PAPERS   := $(wildcard docs/devices/*.md docs/pictures/*)
 SCENES   := $(wildcard config/scenes/*.conf)
-EXAMPLES := $(wildcard examples/*.c examples/*.py)
+EXAMPLES := $(wildcard examples/*.c examples/*.py) $(if $(WEB),$(wildcard examples/prometheus/*))
 OPTIONED := sonard sonard-mavlink sonard-poses sonard-report sonard-rosbag sonard-tune $(if $(WEB),sonard-web)
 PAGE     := page.py page.html style.gp capture_answers.gp
 SHARED   := config/sonard.conf systemd/network.conf $(SCHEMA)
@@ -472,7 +472,7 @@ FILES     = $(BUILD)/sonard:$(PREFIX)/sbin/sonard:755 $(BUILD)/sonarctl:$(PREFIX
             completion/sonarctl.bash:$(PREFIX)/share/bash-completion/completions/sonarctl:644 \
             completion/_sonarctl:$(ZSHDIR)/_sonarctl:644 completion/_sonard:$(ZSHDIR)/_sonard:644 \
             $(foreach p,$(OPTIONED),completion/options.bash:$(PREFIX)/share/bash-completion/completions/$(p):644) \
-            $(foreach e,$(EXAMPLES),$(e):$(PREFIX)/share/doc/sonard/examples/$(notdir $(e)):644) \
+            $(foreach e,$(EXAMPLES),$(e):$(PREFIX)/share/doc/sonard/$(e):644) \
             systemd/sysusers.conf:$(PREFIX)/lib/sysusers.d/sonard.conf:644 \
             systemd/tmpfiles.conf:$(PREFIX)/lib/tmpfiles.d/sonard.conf:644 \
             systemd/modules-load.conf:$(PREFIX)/lib/modules-load.d/sonard.conf:644 \
@@ -511,7 +511,7 @@ uninstall:
 	-@test -n '$(DESTDIR)' || ! command -v systemctl > /dev/null || systemctl disable --now $(SERVICES)
 	@test -n '$(DESTDIR)' || ! command -v systemctl > /dev/null || systemctl stop 'sonard-replay@*.service'
 	rm -f $(foreach f,$(FILES),$(DESTDIR)$(call field,2,$(f))) $(DESTDIR)$(LIBDIR)/libsonard.so
-	-@rmdir $(addprefix $(DESTDIR)$(PREFIX)/share/doc/sonard/,examples devices pictures) $(DESTDIR)$(PREFIX)/share/sonard/scenes $(DESTDIR)$(PREFIX)/share/doc/sonard $(DESTDIR)$(PREFIX)/share/sonard $(DESTDIR)$(PREFIX)/share/sonard-report
+	-@rmdir $(addprefix $(DESTDIR)$(PREFIX)/share/doc/sonard/,examples/prometheus examples devices pictures) $(DESTDIR)$(PREFIX)/share/sonard/scenes $(DESTDIR)$(PREFIX)/share/doc/sonard $(DESTDIR)$(PREFIX)/share/sonard $(DESTDIR)$(PREFIX)/share/sonard-report
 
 clean:
 	rm -rf $(BUILD) demo

@@ -3,6 +3,12 @@
 
 #include <string.h>
 
+/* Faster than any vehicle: then the answer is the water's. */
+#define AHEAD "{\"velocity_mps\":[10,0,0]}"
+
+const struct web_metrics_question web_metrics_question[WEB_METRICS_QUESTIONS] = {
+    {"stats", NULL}, {"sectors", NULL}, {"limit", AHEAD}};
+
 static double number(const json_t *object, const char *key)
 {
     return json_number_value(json_object_get(object, key));
@@ -63,7 +69,7 @@ static void print_histogram(FILE *out, const char *name, const json_t *sample)
     fprintf(out, " %.15g\n", number(sample, "count"));
 }
 
-void web_metrics_print(FILE *out, const json_t *stats)
+static void print_stats(FILE *out, const json_t *stats)
 {
     const json_t *metrics = json_object_get(stats, "metrics");
 
@@ -89,4 +95,51 @@ void web_metrics_print(FILE *out, const json_t *stats)
             }
         }
     }
+}
+
+static void print_gauge(FILE *out, const char *name, const char *help)
+{
+    fprintf(out, "# HELP %s %s\n# TYPE %s gauge\n", name, help, name);
+}
+
+/* As far as the daemon judges them by default, its look_ahead. */
+static void print_sectors(FILE *out, const json_t *answer)
+{
+    static const char *const states[] = {"clear", "blocked", "unknown"};
+    const json_t *sectors = json_object_get(answer, "sectors");
+
+    if (!json_is_array(sectors))
+        return;
+    print_gauge(out, "sonard_sectors", "sectors of the default ring in each state");
+    for (size_t i = 0; i < sizeof states / sizeof *states; i++) {
+        unsigned n = 0;
+
+        for (size_t k = 0; k < json_array_size(sectors); k++) {
+            const char *state = json_string_value(json_object_get(json_array_get(sectors, k), "state"));
+
+            n += state && strcmp(state, states[i]) == 0;
+        }
+        fprintf(out, "sonard_sectors{state=\"%s\"} %u\n", states[i], n);
+    }
+    print_gauge(out, "sonard_sectors_distance_metres", "how far these sectors are judged");
+    fprintf(out, "sonard_sectors_distance_metres %.15g\n", number(answer, "distance_m"));
+}
+
+static void print_limit(FILE *out, const json_t *answer)
+{
+    const char *by = json_string_value(json_object_get(answer, "limited_by"));
+
+    if (!by)
+        return;
+    print_gauge(out, "sonard_limit_ahead_mps", "how fast the vehicle may go ahead, of 10 m/s asked");
+    fputs("sonard_limit_ahead_mps{limited_by=\"", out);
+    print_escaped(out, by);
+    fprintf(out, "\"} %.15g\n", number(answer, "speed_mps"));
+}
+
+void web_metrics_print(FILE *out, json_t *const result[WEB_METRICS_QUESTIONS])
+{
+    print_stats(out, result[0]);
+    print_sectors(out, result[1]);
+    print_limit(out, result[2]);
 }

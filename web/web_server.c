@@ -47,7 +47,9 @@ struct exchange {
     const char *type, *body;
     char *owned; /* body, when it is to be freed; then the budget counts it */
     size_t size, sent;
-    bool head, head_sent, metrics;
+    bool head, head_sent;
+    json_t *said[WEB_METRICS_QUESTIONS]; /* of /metrics: what the daemon has answered so far ... */
+    int asked;                           /* ... to so many of its questions; 0: it is another request */
     char host[HOST_BYTES];
 };
 
@@ -60,6 +62,8 @@ static void finish_exchange(struct exchange *e)
     if (e->owned)
         web_budget_give(&e->server->budget, e->size);
     free(e->owned);
+    for (int i = 0; i < WEB_METRICS_QUESTIONS; i++)
+        json_decref(e->said[i]);
     *e = (struct exchange){0};
 }
 
@@ -114,22 +118,51 @@ static unsigned status_of(int rpc_code)
     }
 }
 
-static void answered(void *ctx, const struct web_answer *answer)
+static void answered(void *ctx, const struct web_answer *answer);
+
+static void ask_daemon(struct exchange *e, const char *method, json_t *params)
 {
-    struct exchange *e = ctx;
+    const char *why;
+
+    lws_set_timeout(e->wsi, PENDING_TIMEOUT_HTTP_CONTENT, ANSWER_S);
+    if (web_link_ask(&e->server->asks, method, params, answered, e))
+        return;
+    why = web_link_state(&e->server->asks);
+    refuse(e, why ? 503 : 429, why ? 0 : -32000, why ? why : "too many requests wait for the daemon");
+}
+
+/* Asks the next of its questions, or answers. */
+static void go_on_with_metrics(struct exchange *e)
+{
+    const struct web_metrics_question *next = &web_metrics_question[e->asked];
     char *text = NULL;
+    json_t *params;
+    size_t n;
+    FILE *out;
 
-    if (!answer->result) {
-        refuse(e, status_of(answer->rpc_code), answer->rpc_code, answer->message);
-    } else if (e->metrics) {
-        size_t n;
-        FILE *out = open_memstream(&text, &n);
-
+    if (e->asked++ < WEB_METRICS_QUESTIONS) {
+        params = next->params ? json_loads(next->params, 0, NULL) : NULL;
+        ask_daemon(e, next->method, params);
+        json_decref(params);
+    } else {
+        out = open_memstream(&text, &n);
         if (out) {
-            web_metrics_print(out, answer->result);
+            web_metrics_print(out, e->said);
             fclose(out);
         }
         respond_owned(e, 200, "text/plain; version=0.0.4; charset=utf-8", text);
+    }
+}
+
+static void answered(void *ctx, const struct web_answer *answer)
+{
+    struct exchange *e = ctx;
+
+    if (!answer->result) {
+        refuse(e, status_of(answer->rpc_code), answer->rpc_code, answer->message);
+    } else if (e->asked > 0) {
+        e->said[e->asked - 1] = json_incref(answer->result);
+        go_on_with_metrics(e);
     } else {
         respond_owned(e, 200, "application/json",
                       json_dumps(answer->result, JSON_COMPACT | JSON_REAL_PRECISION(15)));
@@ -246,17 +279,6 @@ static bool has_own_header(struct lws *wsi)
     return lws_hdr_custom_length(wsi, name, (int)sizeof name - 1) > 0;
 }
 
-static void ask_daemon(struct exchange *e, const char *method, json_t *params)
-{
-    const char *why;
-
-    lws_set_timeout(e->wsi, PENDING_TIMEOUT_HTTP_CONTENT, ANSWER_S);
-    if (web_link_ask(&e->server->asks, method, params, answered, e))
-        return;
-    why = web_link_state(&e->server->asks);
-    refuse(e, why ? 503 : 429, why ? 0 : -32000, why ? why : "too many requests wait for the daemon");
-}
-
 static void serve_method(struct exchange *e, const char *name)
 {
     const struct protocol_method *method = web_query_method(name);
@@ -321,8 +343,7 @@ static void serve(struct exchange *e, const char *path)
     } else if (strcmp(path, "/register_service") == 0) {
         serve_service(e);
     } else if (strcmp(path, "/metrics") == 0) {
-        e->metrics = true;
-        ask_daemon(e, "stats", NULL);
+        go_on_with_metrics(e);
     } else if (data) {
         serve_method(e, path + 5);
     } else {

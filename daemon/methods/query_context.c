@@ -64,6 +64,15 @@ double query_pose_age_s(const struct methods_env *d)
     return oldest_s;
 }
 
+const char *const query_pose_parts[QUERY_POSE_PARTS] = {"attitude", "position", "depth", "velocity", "altitude"};
+
+bool query_pose_part(const struct methods_env *d, unsigned i, double *age)
+{
+    const uint64_t t_ns = pose_log_last_ns(&d->poses, 1u << i);
+    *age = age_s(d, t_ns);
+    return t_ns > 0;
+}
+
 double query_place_age_s(const struct methods_env *d)
 {
     return age_s(d, pose_log_last_ns(&d->poses, POSE_POSITION | POSE_DEPTH));

@@ -21,6 +21,13 @@ bool query_whole_pose(const struct methods_env *d, struct pose *pose);
  * of those that were ever given; negative: none was. */
 double query_pose_age_s(const struct methods_env *d);
 
+/* Names of the parts of a pose: part i is POSE_* 1 << i. */
+#define QUERY_POSE_PARTS 5
+extern const char *const query_pose_parts[QUERY_POSE_PARTS];
+
+/** query_pose_part - age of the last of part i; false: none was ever given. */
+bool query_pose_part(const struct methods_env *d, unsigned i, double *age_s);
+
 /** query_place_age_s, query_velocity_age_s - of the last of these; without any, as old as the computer's clock. */
 double query_place_age_s(const struct methods_env *d);
 double query_velocity_age_s(const struct methods_env *d);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* All counters and latencies as one list of metrics; sonard-protocol(7) has its shape. */
 #include <stdio.h>
+#include <string.h>
 
 #include "counters.h"
 #include "methods.h"
@@ -118,13 +119,40 @@ static void write_stages(struct json_out *out, const struct methods_env *d)
     json_out_put(out, "]}");
 }
 
+static void write_seconds(struct json_out *out, const char *label, const char *value, double seconds)
+{
+    json_out_open(out, '{');
+    write_labels(out, label, value);
+    json_member_real(out, "value", seconds, 1e3);
+    json_out_close(out, '}');
+}
+
 static void write_uptime(struct json_out *out, const struct methods_env *d)
 {
     write_open_metric(out, "", "uptime_seconds", "", "gauge", "since the start");
-    json_out_open(out, '{');
-    write_labels(out, NULL, NULL);
-    json_member_real(out, "value", (double)(loop_now(d->loop) - d->start_ns) * 1e-9, 1e3);
-    json_out_put(out, "}]}");
+    write_seconds(out, NULL, NULL, (double)(loop_now(d->loop) - d->start_ns) * 1e-9);
+    json_out_put(out, "]}");
+}
+
+/* Of those parts that were ever given. */
+static void write_pose_ages(struct json_out *out, const struct methods_env *d)
+{
+    double age_s;
+    write_open_metric(out, "", "pose_age", "_seconds", "gauge",
+                      "age of each part of the pose that was ever given");
+    for (unsigned i = 0; i < QUERY_POSE_PARTS; i++)
+        if (query_pose_part(d, i, &age_s))
+            write_seconds(out, "part", query_pose_parts[i], age_s);
+    json_out_put(out, "]}");
+}
+
+/* The label says what is wrong, in the words of status. */
+static void write_data(struct json_out *out, const struct methods_env *d)
+{
+    const char *word = status_data_word(d);
+    write_open_metric(out, "", "data", "_ok", "gauge", "1: nothing is wrong with the data; 0: what `data` says");
+    write_sample(out, "data", word, strcmp(word, "ok") == 0);
+    json_out_put(out, "]}");
 }
 
 bool method_stats(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
@@ -142,6 +170,8 @@ bool method_stats(const struct rpc_call *call, json_t *params, struct json_out *
     json_member_text(out, "version", SONARD_VERSION);
     json_member_open(out, "metrics", '[');
     write_uptime(out, d);
+    write_data(out, d);
+    write_pose_ages(out, d);
     write_gauge(out, "pings_waiting", "pings in the queue", pipe.waiting);
     write_gauge(out, "clients_now", "clients connected", server.clients_now);
     write_gauge(out, "grid_cells", "cells of the grid in use", pipe.grid.cells);

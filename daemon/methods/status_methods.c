@@ -231,15 +231,12 @@ static void write_attitude(struct json_out *out, const struct methods_env *d, co
     json_out_close(out, ']');
 }
 
-static const char *const pose_parts[] = {"attitude", "position", "depth", "velocity", "altitude"};
-#define POSE_PARTS (sizeof pose_parts / sizeof *pose_parts)
-
 /* How old each part that was ever given may be, as it is in force: with max_age = auto that changes. */
 static void write_max_age(struct json_out *out, const struct methods_env *d)
 {
     json_member_open(out, "max_age_s", '{');
-    for (unsigned i = 0; i < POSE_PARTS; i++)
-        json_member_known(out, pose_parts[i], pose_log_last_ns(&d->poses, 1u << i) > 0,
+    for (unsigned i = 0; i < QUERY_POSE_PARTS; i++)
+        json_member_known(out, query_pose_parts[i], pose_log_last_ns(&d->poses, 1u << i) > 0,
                           (double)pose_log_max_age_ns(&d->poses, 1u << i) * 1e-9, 1e3);
     json_out_close(out, '}');
 }
@@ -278,9 +275,9 @@ static void write_pose(struct json_out *out, const struct methods_env *d)
     json_member_open(out, "pose", '{');
     json_member_age(out, "age_s", query_pose_age_s(d));
     json_member_open(out, "has", '[');
-    for (unsigned i = 0; i < POSE_PARTS; i++)
+    for (unsigned i = 0; i < QUERY_POSE_PARTS; i++)
         if (p.has & (1u << i))
-            json_out_word(out, pose_parts[i]);
+            json_out_word(out, query_pose_parts[i]);
     json_out_close(out, ']');
     write_max_age(out, d);
     write_attitude(out, d, &p);

@@ -425,6 +425,20 @@ def hostile(bench):
     until(lambda: Page(web).status == 101, "room for another page")
 
 
+def examples_fit(typed, body):
+    """The rules and the dashboard of examples/prometheus name metrics that there are, and promtool takes them."""
+    folder = "examples/prometheus"
+    for name in os.listdir(folder):
+        text = open(os.path.join(folder, name)).read()
+        for metric in set(re.findall(r"\bsonard_[a-z_]+", text)):
+            check(re.sub("_(bucket|sum|count)$", "", metric) in typed, f"{name}: no metric {metric}")
+    json.load(open(os.path.join(folder, "dashboard.json")))
+    if shutil.which("promtool"):
+        subprocess.run(["promtool", "check", "metrics"], input=body, text=True, check=True)
+        subprocess.run(["promtool", "check", "rules", "alerts.yml"], cwd=folder, check=True)
+        subprocess.run(["promtool", "test", "rules", "alerts_test.yml"], cwd=folder, check=True)
+
+
 def metrics(bench):
     client, web = started(bench)
     pings_until(client, 5)
@@ -441,7 +455,17 @@ def metrics(bench):
             check(found, text)
             seen[found.group(1) + (found.group(2) or "")] = float(found.group(3))
     said = client.call("stats")["metrics"]
-    check(set(typed) == {m["name"] for m in said}, "other metrics")
+    asked = {"sonard_sectors", "sonard_sectors_distance_metres", "sonard_limit_ahead_mps"}
+    check(set(typed) == {m["name"] for m in said} | asked, set(typed) ^ {m["name"] for m in said} ^ asked)
+    ring = client.call("sectors")
+    check(sum(seen['sonard_sectors{state="%s"}' % state] for state in ("clear", "blocked", "unknown")) == len(ring["sectors"]), seen)
+    check(seen["sonard_sectors_distance_metres"] == ring["distance_m"], seen)
+    check(len([name for name in seen if name.startswith("sonard_limit_ahead_mps{limited_by=")]) == 1, seen)
+    check(seen['sonard_data_ok{data="ok"}'] == 1, seen)
+    client.call("pose", attitude_deg=[0, 0, 90], depth_m=2)
+    body = web.request("/metrics")[1 + 1].decode()
+    check(set(re.findall(r'sonard_pose_age_seconds{part="(\w+)"}', body)) == {"attitude", "depth"}, body)
+    examples_fit(typed, body)
     check(seen["sonard_clients_now"] >= 2 and seen['sonard_sensor_pings_total{sensor="head"}'] >= 5, seen)
     buckets = [seen[k] for k in seen if k.startswith('sonard_latency_seconds_bucket{stage="maps"')]
     check(len(buckets) > 5 and buckets == sorted(buckets) and buckets[-1] == seen['sonard_latency_seconds_count{stage="maps"}'], buckets)
