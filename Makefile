@@ -456,6 +456,7 @@ GUIDES   := NEWS README.md $(wildcard docs/*.md)
 PAPERS   := $(wildcard docs/devices/*.md docs/pictures/*)
 SCENES   := $(wildcard config/scenes/*.conf)
 EXAMPLES := $(wildcard examples/*.c examples/*.py) $(if $(WEB),$(wildcard examples/prometheus/*))
+MODULE   := $(wildcard python/sonard/*.py) python/sonard/py.typed
 OPTIONED := sonard sonard-mavlink sonard-poses sonard-report sonard-rosbag sonard-tune $(if $(WEB),sonard-web)
 PAGE     := page.py page.html style.gp capture_answers.gp
 SHARED   := config/sonard.conf systemd/network.conf $(SCHEMA)
@@ -468,7 +469,8 @@ FILES     = $(BUILD)/sonard:$(PREFIX)/sbin/sonard:755 $(BUILD)/sonarctl:$(PREFIX
             $(foreach m,$(MAN),$(m):$(PREFIX)/share/man/man$(subst .,,$(suffix $(m)))/$(notdir $(m)):644) \
             $(foreach u,$(UNITS) systemd/sonard.socket,$(u):$(UNITDIR)/$(notdir $(u)):644) \
             $(LIBRARY):$(LIBDIR)/$(notdir $(LIBRARY)):644 client/lib/sonard.h:$(PREFIX)/include/sonard.h:644 \
-            $(BUILD)/libsonard.pc:$(LIBDIR)/pkgconfig/libsonard.pc:644 python/sonard.py:$(PYTHONDIR)/sonard.py:644 \
+            $(BUILD)/libsonard.pc:$(LIBDIR)/pkgconfig/libsonard.pc:644 \
+            $(foreach m,$(MODULE),$(m):$(PYTHONDIR)/$(m:python/%=%):644) \
             completion/sonarctl.bash:$(PREFIX)/share/bash-completion/completions/sonarctl:644 \
             completion/_sonarctl:$(ZSHDIR)/_sonarctl:644 completion/_sonard:$(ZSHDIR)/_sonard:644 \
             $(foreach p,$(OPTIONED),completion/options.bash:$(PREFIX)/share/bash-completion/completions/$(p):644) \
@@ -511,7 +513,7 @@ uninstall:
 	-@test -n '$(DESTDIR)' || ! command -v systemctl > /dev/null || systemctl disable --now $(SERVICES)
 	@test -n '$(DESTDIR)' || ! command -v systemctl > /dev/null || systemctl stop 'sonard-replay@*.service'
 	rm -f $(foreach f,$(FILES),$(DESTDIR)$(call field,2,$(f))) $(DESTDIR)$(LIBDIR)/libsonard.so
-	-@rmdir $(addprefix $(DESTDIR)$(PREFIX)/share/doc/sonard/,examples/prometheus examples devices pictures) $(DESTDIR)$(PREFIX)/share/sonard/scenes $(DESTDIR)$(PREFIX)/share/doc/sonard $(DESTDIR)$(PREFIX)/share/sonard $(DESTDIR)$(PREFIX)/share/sonard-report
+	-@rmdir $(DESTDIR)$(PYTHONDIR)/sonard $(addprefix $(DESTDIR)$(PREFIX)/share/doc/sonard/,examples/prometheus examples devices pictures) $(DESTDIR)$(PREFIX)/share/sonard/scenes $(DESTDIR)$(PREFIX)/share/doc/sonard $(DESTDIR)$(PREFIX)/share/sonard $(DESTDIR)$(PREFIX)/share/sonard-report
 
 clean:
 	rm -rf $(BUILD) demo

@@ -8,7 +8,7 @@
  *
  * From the source tree, before `make install`, beside libsonard as `make` leaves it:
  *
- *   cc -o autopilot examples/autopilot.c -Iclient build/libsonard.so.0 -Wl,-rpath,$PWD/build
+ *   cc -o autopilot examples/autopilot.c -Iclient/lib build/libsonard.so.0 -Wl,-rpath,$PWD/build
  */
 #include <math.h>
 #include <sonard.h>

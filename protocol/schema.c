@@ -188,10 +188,11 @@ static void print_param(FILE *out, const struct protocol_param *p)
     fputc('}', out);
 }
 
-static void print_params(FILE *out, const struct protocol_param *params)
+static void print_params(FILE *out, const struct protocol_method *method)
 {
+    const struct protocol_param *params = method->params;
     bool first = true;
-    fputs("{\"type\":\"object\",\"properties\":{", out);
+    fprintf(out, "{\"description\":\"%s\",\"type\":\"object\",\"properties\":{", method->help);
     for (const struct protocol_param *p = params; p->name; p++) {
         fprintf(out, "%s\"%s\":", comma(&first), p->name);
         print_param(out, p);
@@ -268,7 +269,7 @@ void schema_print(FILE *out)
     }
     for (const struct protocol_method *m = protocol_methods; m->name; m++) {
         fprintf(out, "\"%s.params\":", m->name);
-        print_params(out, m->params);
+        print_params(out, m);
         fprintf(out, ",\n\"%s.result\":", m->name);
         if (m->result_of)
             print_type(out, m->result_of, strlen(m->result_of));

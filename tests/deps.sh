@@ -7,7 +7,7 @@
 set -eu
 build="gcc libc6-dev make pkg-config libinih-dev libjansson-dev liblz4-dev libzstd-dev zlib1g-dev libmodbus-dev libgpiod-dev libwebsockets-dev"
 check="$build python3 python3-jsonschema librsvg2-bin gnuplot-nox cmark-gfm systemd udev"
-long="$check clang libclang-rt-14-dev valgrind spin nodejs npm zsh hunspell hunspell-en-gb g++ liboctomap-dev git"
+long="$check clang libclang-rt-14-dev valgrind spin nodejs npm zsh hunspell hunspell-en-gb g++ liboctomap-dev git python3-pip python3-venv python3-setuptools python3-wheel mypy"
 web="$long chromium"
 lint="$build clang-format clang-tidy"
 report="$build gnuplot-nox cmark-gfm valgrind python3"

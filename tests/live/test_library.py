@@ -1,7 +1,10 @@
 #!/usr/bin/env -S python3 -B
 # SPDX-License-Identifier: MIT
-"""libsonard and sonard.py as `make install` leaves them: what they show, their examples against a living daemon, and what
+"""libsonard and the Python module as `make install` leaves them: what they show, their examples against a living daemon, and what
 they do when it dies."""
+import ast
+import asyncio
+import filecmp
 import os
 import re
 import select
@@ -122,6 +125,70 @@ def example_python(bench):
         env={"PYTHONPATH": usr + "/lib/python3/dist-packages"})
 
 
+def example_lines(bench):
+    """The lines that stand at the head of the examples, as somebody copies them."""
+    usr = installed(bench)
+    for name in ("examples", "client", "python"):
+        os.symlink(os.path.join(TOP, name), bench.path(name))
+    os.symlink(os.path.abspath(os.path.join(TOP, BUILD)), bench.path("build"))
+    shutil.copy(usr + "/share/doc/sonard/examples/autopilot.c", bench.path("autopilot.c"))
+    env = dict(os.environ, PKG_CONFIG_SYSROOT_DIR=bench.path("root"), PKG_CONFIG_PATH=usr + "/lib/pkgconfig",
+               LD_LIBRARY_PATH=usr + "/lib")
+    env.pop("PYTHONPATH", None)
+    folder = os.path.dirname(bench.path("autopilot.c"))
+    with open(bench.path("autopilot.c"), encoding="ascii") as f:
+        lines = re.findall(r"^ \*   (\S.*)$", f.read(), flags=re.M)
+    check([line.split()[0] for line in lines] == ["cc", "./autopilot", "cc"], "%s" % lines)
+    with open(os.path.join(TOP, "examples/autopilot.py"), encoding="ascii") as f:
+        lines += re.findall(r"(PYTHONPATH=\S+ .*)", f.read())
+    check(len(lines) == 4, "%s" % lines)
+    for line in lines:
+        if line.startswith("cc") and SANITIZER:
+            continue
+        line = re.sub(r"(\[SOCKET.*|SOCKET)$", "nowhere 1", line)
+        if not line.startswith("./") or os.path.exists(bench.path("autopilot")):
+            output("sh", "-c", line, cwd=folder, env=env)
+
+
+def generated(bench):
+    """What was written from the schema is what the schema has now."""
+    os.mkdir(bench.path("new"))
+    output(sys.executable, "-B", TOP + "/python/generate_methods", os.path.join(BUILD, "sonard-protocol.schema.json"), bench.path("new"),
+           cwd=TOP)
+    for name in ("results.py", "_methods.py"):
+        check(filecmp.cmp(bench.path("new/" + name), TOP + "/python/sonard/" + name, shallow=False),
+              "python/sonard/%s is of another schema: call python/generate_methods" % name)
+
+
+def wheel(bench):
+    """What pip makes of the tree, in an environment of its own: it holds the module with its types, and mypy has nothing to say."""
+    python = "/usr/bin/python3"
+    if not all(os.path.exists("/usr/lib/python3/dist-packages/" + name) for name in ("pip", "setuptools", "wheel")):
+        raise Skipped("python3-pip, python3-setuptools or python3-wheel is not installed")
+    tree, env = bench.path("tree"), dict(os.environ, PIP_DISABLE_PIP_VERSION_CHECK="1")
+    shutil.copytree(TOP + "/python", tree + "/python", ignore=shutil.ignore_patterns("__pycache__"))
+    for name in ("pyproject.toml", "VERSION", "LICENSE"):
+        shutil.copy(os.path.join(TOP, name), tree)
+    output(python, "-m", "pip", "wheel", "-q", "--no-build-isolation", "--no-deps", "--no-index", "-w", bench.path("wheels"), tree, env=env)
+    output(python, "-m", "venv", bench.path("venv"))
+    inside = bench.path("venv/bin/python")
+    output(inside, "-m", "pip", "install", "-q", "--no-index", *[bench.path("wheels/" + name) for name in os.listdir(bench.path("wheels"))],
+           env=env)
+    said = output(inside, "-c", "import os, sonard, sonard.aio; print(os.listdir(os.path.dirname(sonard.__file__)))", cwd="/")
+    check(set(ast.literal_eval(said)) >= {"py.typed", "results.py", "aio.py"}, said)
+    if not shutil.which("mypy"):
+        note("mypy is not installed")
+        return
+    user = bench.write("user.py", "import sonard\n\n\ndef free(s: sonard.Client) -> float:\n"
+                       "    found = s.nearest(distance_m=3, frame=\"ned\")\n    return found[\"range_m\"] or s.limit([1, 0, 0]).speed_mps\n")
+    output("mypy", "--strict", "--python-executable", inside, "--cache-dir", bench.path("mypy"), TOP + "/python/sonard")
+    output("mypy", "--strict", "--python-executable", inside, "--cache-dir", bench.path("mypy"), user, cwd=bench.path("wheels"))
+    wrong = bench.write("wrong.py", "import sonard\n\nprint(sonard.connect().nearest(distance=3))\n")
+    done = subprocess.run(["mypy", "--strict", "--python-executable", inside, "--cache-dir", bench.path("mypy"), wrong], cwd=bench.path("wheels"),
+                          capture_output=True, text=True, check=False)
+    check("distance" in done.stdout and done.returncode == 1, "mypy takes a wrong parameter: " + done.stdout + done.stderr)
+
+
 def module():
     sys.path.insert(0, os.path.join(TOP, "python"))
     import sonard
@@ -155,7 +222,7 @@ def python_answers(bench):
         for name in ("nearest", "status", "sensors", "stats", "version", "grid_list", "clusters"):
             SCHEMAS.check(name, "result", getattr(s, name)())
         check(refuses(sonard.Refused, lambda: s.blocked(0, distance_m=-1)).code == -32602, "a wrong parameter")
-        check(refuses(sonard.Refused, s.nothing_like_that).code == -32601, "an unknown method")
+        check(refuses(sonard.Refused, lambda: s.call("nothing_like_that")).code == -32601, "an unknown method")
         refuses(ValueError, lambda: s.blocked(float("nan"), distance_m=1))
         check(s.version()["version"], "it goes on after refusals")
 
@@ -197,6 +264,58 @@ def python_watches(bench):
     s.close()
 
 
+def python_asyncio(bench):
+    """Many questions at a time and a watch beside them; a daemon that dies ends them all."""
+    module()
+    from sonard import Lost, NoDaemon, Refused, aio
+    import sonard
+    bench.sim()
+    bench.conf(**MOVING)
+    daemon = bench.sonard()
+    daemon.client().close()
+
+    async def fly():
+        async with await aio.connect(bench.socket_path, timeout_s=20 * PATIENCE) as s:
+            await s.pose(attitude_deg=(0, 0, 0), depth_m=2)
+            said = await asyncio.gather(*[s.sectors(count=n) for n in range(1, 9)], s.nearest(), s.blocked(0, 5), s.limit([1, 0, 0]))
+            check([len(ring) for ring in said[:8]] == list(range(1, 9)), "%s" % said[:8])
+            SCHEMAS.check("nearest", "result", said[8])
+            check(isinstance(said[9], sonard.Blocked) and isinstance(said[10], sonard.Limit), "%s" % said[9:])
+            try:
+                await s.blocked(0, distance_m=-1)
+                raise Failed("a wrong parameter was taken")
+            except Refused as fault:
+                check(fault.code == -32602, "%s" % fault)
+            four, eight = await s.watch("sectors", rate_hz=20, count=4), await s.watch("sectors", rate_hz=20, count=8)
+            for _ in range(5):
+                check(len(await four.__anext__()) == 4 and len(await eight.__anext__()) == 8, "mixed up")
+            waits = asyncio.ensure_future(eight.__anext__())
+            await four.stop()
+            check([ring async for ring in four] == [], "a watch that was stopped goes on")
+            await waits
+            daemon.process.kill()
+            daemon.expected = -9
+            try:
+                async for _ in eight:
+                    pass
+                raise Failed("a watch ends without a word")
+            except Lost:
+                pass
+            try:
+                await s.version()
+                raise Failed("an answer of a daemon that is gone")
+            except Lost:
+                pass
+        daemon.wait()
+        try:
+            await aio.connect(bench.socket_path, timeout_s=20 * PATIENCE)
+            raise Failed("connected to nobody")
+        except NoDaemon:
+            pass
+
+    asyncio.run(fly())
+
+
 def python_errors(bench):
     """Nobody there, no answer, nonsense, half a line: an exception of its own kind each, none waits longer than it may."""
     sonard = module()
@@ -229,5 +348,6 @@ def python_errors(bench):
             os.unlink(bench.socket_path)
 
 
-run([("library_" + f.__name__, f) for f in (shows, alone, example_c, example_python, python_answers, python_watches, python_errors)],
-    gate=("library_shows", "library_alone"))
+run([("library_" + f.__name__, f) for f in (shows, alone, generated, example_lines, example_c, example_python, wheel, python_answers, python_watches, python_asyncio,
+                                             python_errors)],
+    gate=("library_shows", "library_alone", "library_generated"))
