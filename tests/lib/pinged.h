@@ -275,4 +275,26 @@ static void look_from(const double from[3], const struct ping *last)
     records = store_view(store, &now, view);
 }
 
+/* What one ping of a fan of 512 beams says, ahead at a depth of nothing, with a rope of 2 cm in it: valid until the next. */
+static inline const struct water_record *fan_with_rope(double az, double range)
+{
+    static struct row_beam beam[512];
+    static struct row_room room;
+    static struct water_record record = {.axis = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    const double width = geo_rad(120.0 / 512);
+    const struct row_shape shape = {.half_az_rad = width / 2,
+                                    .half_el_rad = geo_rad(12.5),
+                                    .from_rad = -geo_rad(60),
+                                    .to_rad = geo_rad(60),
+                                    .outer_rad = {-geo_rad(60), geo_rad(60)}};
+    for (int k = 0; k < 512; k++) {
+        const double at = (k - 255.5) * width;
+        const bool hit = fabs(at - az) * range <= 0.01 + range * width / 2;
+        const double to = hit ? range - 0.03 : 20;
+        beam[k] = (struct row_beam){at, to, to, to, hit ? to : (double)INFINITY, false};
+    }
+    row_write(&record, &room, &shape, beam, 512);
+    return &record;
+}
+
 #endif

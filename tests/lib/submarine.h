@@ -25,14 +25,21 @@ static void beat(struct mavlink_vehicle *v, uint64_t now_ns)
     CHECK(give(v, MAVLINK_HEARTBEAT, &submarine, now_ns));
 }
 
-static struct mavlink_vehicle vehicle_at_start(void)
+/* At START, with its first heartbeat. */
+static struct mavlink_vehicle vehicle_of(const struct mavlink_vehicle_conf *conf)
 {
-    const struct mavlink_vehicle_conf conf = {.barometer = 2, .surface_hpa = 1013.25, .density_kgpm3 = 1025};
     struct mavlink_vehicle v;
 
-    mavlink_vehicle_init(&v, &conf);
+    mavlink_vehicle_init(&v, conf);
     beat(&v, START);
     return v;
+}
+
+static inline struct mavlink_vehicle vehicle_at_start(void)
+{
+    const struct mavlink_vehicle_conf conf = {.barometer = 2, .surface_hpa = 1013.25, .density_kgpm3 = 1025};
+
+    return vehicle_of(&conf);
 }
 
 #endif

@@ -2,30 +2,11 @@
 /* The height above the bottom, by what the autopilot passes on of its altimeter. */
 #include <math.h>
 
-#include "client/mavlink/mavlink_vehicle.h"
-#include "tests/lib/test.h"
-
-#define MS    1000000ull
-#define S     1000000000ull
-#define START (1000 * S)
-
-static bool give(struct mavlink_vehicle *v, enum mavlink_id id, const void *content, uint64_t now_ns)
-{
-    struct mavlink_frame frame = {.message = mavlink_message(id), .system_id = 1, .component_id = 1};
-
-    mavlink_pack(frame.message, content, frame.payload);
-    return mavlink_vehicle_take(v, &frame, now_ns);
-}
+#include "tests/lib/submarine.h"
 
 static struct mavlink_vehicle vehicle_that(bool told_below)
 {
-    const struct mavlink_vehicle_conf conf = {.density_kgpm3 = 1025, .told_below = told_below};
-    const struct mavlink_heartbeat submarine = {.type = 12, .autopilot = 3, .mavlink_version = 3};
-    struct mavlink_vehicle v;
-
-    mavlink_vehicle_init(&v, &conf);
-    CHECK(give(&v, MAVLINK_HEARTBEAT, &submarine, START));
-    return v;
+    return vehicle_of(&(struct mavlink_vehicle_conf){.density_kgpm3 = 1025, .told_below = told_below});
 }
 
 /* The height of the pose that goes out 100 ms after the start; -1: it has none. The vehicle is rolled. */

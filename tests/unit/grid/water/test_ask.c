@@ -142,26 +142,10 @@ TEST(less_of_a_question_is_free_at_least_as_far)
 /* A rope of 2 cm before one ping of 512 beams: thin rays half a degree apart pass it in one of six trials. */
 TEST(no_rope_is_passed_by_tiles)
 {
-    static struct row_beam beam[512];
-    static struct row_room room;
-    static struct water_record record = {.axis = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-    const double width = geo_rad(120.0 / 512);
-    const struct row_shape shape = {.half_az_rad = width / 2,
-                                    .half_el_rad = geo_rad(12.5),
-                                    .from_rad = -geo_rad(60),
-                                    .to_rad = geo_rad(60),
-                                    .outer_rad = {-geo_rad(60), geo_rad(60)}};
     int passed = 0, free_before = 0;
     for (int i = 0; i < 2000; i++) {
         const double az = geo_rad(uniform(-30, 30)), range = uniform(4, 9);
-        for (int k = 0; k < 512; k++) {
-            const double at = (k - 255.5) * width;
-            const bool hit = fabs(at - az) * range <= 0.01 + range * width / 2;
-            const double to = hit ? range - 0.03 : 20;
-            beam[k] = (struct row_beam){at, to, to, to, hit ? to : (double)INFINITY, false};
-        }
-        row_write(&record, &room, &shape, beam, 512);
-        const struct water_view seen = {.record = &record};
+        const struct water_view seen = {.record = fan_with_rope(az, range)};
         struct ask_question q = {.half_rad = geo_rad(uniform(0.1, 5)), .near_m = 0.5, .to_m = 10};
         geo_direction(az + q.half_rad * uniform(-0.99, 0.99), 0, q.axis);
         const double free_m = ask_free(&seen, 1, &q).free_to_m;

@@ -318,27 +318,11 @@ TEST(coarser_tiles_never_say_more)
 /* What a fan ahead at a depth of nothing says of a rope of 2 cm, for each kind of question. */
 TEST(no_rope_is_passed_by_tiles)
 {
-    static struct row_beam beam[512];
-    static struct row_room room;
-    static struct water_record record = {.axis = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-    const double width = geo_rad(120.0 / 512);
-    const struct row_shape shape = {.half_az_rad = width / 2,
-                                    .half_el_rad = geo_rad(12.5),
-                                    .from_rad = -geo_rad(60),
-                                    .to_rad = geo_rad(60),
-                                    .outer_rad = {-geo_rad(60), geo_rad(60)}};
     int passed = 0, free_before = 0;
-    view[0] = (struct water_view){.record = &record};
     records = 1;
     for (int i = 0; i < 2000; i++) {
         const double az = geo_rad(uniform(-30, 30)), range = uniform(4, 9), aside = uniform(-0.99, 0.99);
-        for (int k = 0; k < 512; k++) {
-            const double at = (k - 255.5) * width;
-            const bool hit = fabs(at - az) * range <= 0.01 + range * width / 2;
-            const double to = hit ? range - 0.03 : 20;
-            beam[k] = (struct row_beam){at, to, to, to, hit ? to : (double)INFINITY, false};
-        }
-        row_write(&record, &room, &shape, beam, 512);
+        view[0] = (struct water_view){.record = fan_with_rope(az, range)};
         const enum ask_kind kind = (enum ask_kind)(i % 3 == 0 ? ASK_CORRIDOR : i % 3 == 1 ? ASK_MOVE : ASK_AROUND);
         struct ask_question q = {.kind = kind, .near_m = 1.5, .to_m = 10, .radius_m = uniform(0.02, 0.3)};
         q.body = (struct ask_body){.up = {0, 0, -1}, .radius_m = q.radius_m, .half_height_m = 0.1};
