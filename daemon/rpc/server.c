@@ -72,15 +72,18 @@ static struct session **idle_slot(struct server *server, bool for_owner)
 
 /* ---- shares ---- */
 
-/* Is one more connection of this peer to be kept? */
+/* Is one more connection of this peer to be kept? Whom nobody named is known before any other is looked at, for each
+ * is asked about whenever somebody may have to make room. */
 static bool is_for_keeping(const struct server *server, const struct peer *peer)
 {
     int kept = 0;
 
-    for (int i = 0; i < server->n_slots; i++)
+    if (!keep_has(&server->keep, peer))
+        return false;
+    for (int i = 0; i < server->n_slots && kept < KEPT_PER_PROGRAM; i++)
         if (server->sessions[i] && session_is_kept(server->sessions[i]))
             kept += peer_same_program(session_peer(server->sessions[i]), peer);
-    return kept < KEPT_PER_PROGRAM && keep_has(&server->keep, peer);
+    return kept < KEPT_PER_PROGRAM;
 }
 
 static void keep_anew(struct server *server)

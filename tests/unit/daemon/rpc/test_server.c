@@ -1055,6 +1055,48 @@ TEST(a_place_that_is_kept_goes_to_the_next_connection)
     tear_down();
 }
 
+static long looks; /* at a client, to judge whose place is kept and who makes room */
+
+bool __real_session_is_kept(const void *session);
+bool __wrap_session_is_kept(const void *session);
+bool __wrap_session_is_kept(const void *session)
+{
+    looks++;
+    return __real_session_is_kept(session);
+}
+
+bool __real_peer_same_program(const void *a, const void *b);
+bool __wrap_peer_same_program(const void *a, const void *b);
+bool __wrap_peer_same_program(const void *a, const void *b)
+{
+    looks++;
+    return __real_peer_same_program(a, b);
+}
+
+/* A thousand clients ask in one turn: if one of them looked at all the others for each of the others, that turn would
+ * take seconds. */
+TEST(who_makes_room_is_found_by_looking_at_each_a_few_times)
+{
+    enum { MANY = 24 };
+    struct peer many[MANY];
+
+    for (int of_kept = 0; of_kept < 2; of_kept++) {
+        set_up(MANY);
+        be(of_kept ? "bridge" : "hog");
+        for (int i = 0; i < MANY; i++)
+            many[i] = join();
+        looks = 0;
+        struct peer more = join();
+        CHECK(strstr(HEAR(more), "at most 24 clients") != NULL);
+        CHECK(looks > MANY && looks < 12 * MANY);
+        for (int i = 0; i < MANY; i++)
+            leave(&many[i]);
+        leave(&more);
+        be("test_server");
+        tear_down();
+    }
+}
+
 #define HOGS                                                                                                      \
     21 /* times 4 watches of 50 Hz: all that there is, and what is kept for those that may change something */
 
@@ -1560,6 +1602,7 @@ int main(void)
     RUN(a_program_that_has_less_displaces_one_of_the_program_that_has_most);
     RUN(two_connections_of_what_is_kept_find_places_and_are_never_displaced);
     RUN(a_place_that_is_kept_goes_to_the_next_connection);
+    RUN(who_makes_room_is_found_by_looking_at_each_a_few_times);
     RUN(watches_of_who_has_most_make_room_for_those_of_who_has_none);
     RUN(a_client_that_does_not_read_makes_room_sooner);
     RUN(a_place_is_kept_for_those_that_may_change_something);
