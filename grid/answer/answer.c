@@ -158,6 +158,36 @@ static bool tells_nothing(const struct tally *t, struct picture *p, uint32_t d, 
     return share->beside && share->need_m <= t->a.blind_to_m && picture_edge_m(p, d) - moved_m > share->need_m;
 }
 
+/* What a tally, or each of many, has at least. A direction that adds nothing to that adds nothing to any: most are soon
+ * such. */
+struct least {
+    double near_m; /* blocked nearer than this; INFINITY: one is not */
+    double free_to_m, blind_to_m, oldest_s;
+    enum answer_reason against;
+};
+
+static const struct least least_of_none = {.near_m = INFINITY, .free_to_m = INFINITY, .oldest_s = -1};
+
+static inline bool adds_water(const struct least *least, const struct sight *v, double need_m)
+{
+    return v->clear_m < least->free_to_m || v->blind_m > least->blind_to_m || v->age_s > least->oldest_s ||
+           against(v, need_m) > least->against;
+}
+
+/* Would a look at a direction of the question change nothing? A corridor's side ends no water that is free up to it. */
+static bool adds_nothing(const struct tally *t, const struct sight *v, const struct scope_share *share)
+{
+    const struct least least = {
+        .near_m = t->a.state == ANSWER_BLOCKED ? t->a.near_m : INFINITY,
+        .free_to_m = share->side ? 0 : t->a.free_to_m,
+        .blind_to_m = t->a.blind_to_m,
+        .oldest_s = t->oldest_s,
+        .against = share->side ? ANSWER_HEARD : t->against,
+    };
+    return t->looked && (v->near_m > share->need_m || v->near_m >= least.near_m) &&
+           !adds_water(&least, v, share->need_m);
+}
+
 static void direction_once(struct picture *p, const struct answer_conf *conf, const struct answer_now *now,
                            const struct answer_query *q, struct answer *out)
 {
@@ -188,6 +218,8 @@ static void direction_once(struct picture *p, const struct answer_conf *conf, co
         struct picture_entry e;
         struct sight view;
         by.to_m = share.need_m;
+        if (!share.beside && sight_glance(p, visit.direction, &by, &view) && adds_nothing(&tally, &view, &share))
+            continue;
         sight_look(p, visit.direction, &by, &e, &view);
         if (view.obstacle && view.near_m <= share.need_m)
             add_obstacle(&tally, &view, now, place.moved_m);
@@ -222,15 +254,6 @@ static struct heights heights_of(double lo_rad, double hi_rad)
 }
 
 #define FAR 10.0 /* times what the vehicle has moved */
-
-/* What every sector has at least. A direction that adds nothing to that adds nothing to any: most are soon such. */
-struct least {
-    double near_m; /* each is blocked nearer than this; INFINITY: not each is */
-    double free_to_m, blind_to_m, oldest_s;
-    enum answer_reason against;
-};
-
-static const struct least least_of_none = {.near_m = INFINITY, .free_to_m = INFINITY, .oldest_s = -1};
 
 #define LOOKS_PER_SECTOR 4 /* after so many looks for each sector it is found anew */
 
@@ -283,12 +306,6 @@ static struct least least_of(const struct tally *tally, size_t n)
     return all;
 }
 
-static bool adds_water(const struct least *least, const struct sight *v, double need_m)
-{
-    return v->clear_m < least->free_to_m || v->blind_m > least->blind_to_m || v->age_s > least->oldest_s ||
-           against(v, need_m) > least->against;
-}
-
 /* The direction's middle, turned into the axes asked about. */
 static void place_cell(const struct sectors *s, uint32_t d, struct overlap_cell *cell)
 {
@@ -304,6 +321,9 @@ static void add_to_sectors(struct sectors *s, uint32_t d, struct overlap_cell *c
 {
     struct picture_entry e;
     struct sight view;
+    if (sight_glance(s->picture, d, &s->by, &view) && view.near_m >= s->least.near_m &&
+        !adds_water(&s->least, &view, s->need_m))
+        return;
     sight_look_told(s->picture, d, &s->by, &e, &view);
     const bool water_counts = adds_water(&s->least, &view, s->need_m);
     const bool blocks = view.obstacle && view.near_m < s->least.near_m;

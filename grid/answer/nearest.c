@@ -17,6 +17,7 @@ struct scene {
     struct sight_fade fade;
     bool turned;        /* the axes asked about are not the grid's ... */
     double attitude[4]; /* ... but this, in them */
+    double turn[3][3];  /* the same: each of them in the grid's */
 };
 
 /* A direction in the axes asked about. */
@@ -31,8 +32,8 @@ static void axis_of(const struct scene *s, uint32_t d, double v[3])
 struct window {
     double lo, hi;
     double middle_rad, half_rad;
-    double wrapped_rad; /* the middle, in [-pi, pi) */
-    double aside;       /* sine of how far beside them a direction still counts */
+    double middle[2], half[2]; /* their cosine and sine */
+    double aside;              /* sine of how far beside them a direction still counts */
 };
 
 /* Of the axes asked about against the world's. */
@@ -53,12 +54,13 @@ static struct window window_at(const struct scene *s, double range_m)
     const struct nearest_query *q = s->query;
     const double aside = sight_aside_rad(&s->place, range_m) + uncertain_rad(s);
     const double lo = fmax(q->lo_rad - aside, -GEO_PI / 2), hi = fmin(q->hi_rad + aside, GEO_PI / 2);
-    const double width = q->width_rad > 0 ? q->width_rad : GEO_TURN;
+    const double width = q->width_rad > 0 ? q->width_rad : GEO_TURN, half = width / 2 + s->place.adrift_rad;
     return (struct window){.lo = sin(lo) - 1e-12,
                            .hi = sin(hi) + 1e-12,
                            .middle_rad = q->from_rad + width / 2,
-                           .wrapped_rad = geo_wrap_pi(q->from_rad + width / 2),
-                           .half_rad = width / 2 + s->place.adrift_rad,
+                           .middle = {cos(q->from_rad + width / 2), sin(q->from_rad + width / 2)},
+                           .half_rad = half,
+                           .half = {cos(half), sin(half)},
                            .aside = sin(fmin(aside + s->picture->rings->step_rad, GEO_PI / 2))};
 }
 
@@ -67,30 +69,39 @@ static bool is_whole(const struct window *w)
     return w->lo <= -1 && w->hi >= 1 && w->half_rad >= GEO_PI;
 }
 
-#define SURE_RAD (2 * GEO_ROUGH_RAD)
+#define SURE 1e-9 /* more than the sines and cosines here are ever wrong */
 
 /* Is it well within the azimuths, or so far from them that it does not count? 0: neither is sure. */
 static int rough_in_azimuth(const struct window *w, const double v[3])
 {
     const double level = sqrt(v[0] * v[0] + v[1] * v[1]);
-    if (!(level > 0))
-        return 0;
-    const double from = fabs(geo_rough_angle(v[1], v[0]) - w->wrapped_rad);
-    const double off = sight_less(from, GEO_TURN - from) - w->half_rad;
-    if (off < -SURE_RAD)
+    const double along = v[0] * w->middle[0] + v[1] * w->middle[1];
+    if (along > level * w->half[0] + SURE)
         return 1;
-    /* the sine of an angle up to a right one is at least 2 / pi of it */
-    return off > SURE_RAD && level * sight_less(off - SURE_RAD, GEO_PI / 2) * (2 / GEO_PI) > w->aside ? -1 : 0;
+    const double across = fabs(v[0] * w->middle[1] - v[1] * w->middle[0]);
+    const double off =
+        along * w->half[0] + across * w->half[1] > 0 ? across * w->half[0] - along * w->half[1] : level;
+    return along < level * w->half[0] - SURE && off > w->aside + SURE ? -1 : 0;
 }
 
 /* The azimuths end in half planes; what is more than a right angle from one is nearest to it at the vertical. */
 static bool in_azimuth(const struct window *w, const double v[3])
 {
-    const int rough = rough_in_azimuth(w, v);
-    if (rough)
-        return rough > 0;
     const double off = fabs(geo_wrap_pi(atan2(v[1], v[0]) - w->middle_rad)) - w->half_rad;
     return off <= 0 || hypot(v[0], v[1]) * sin(fmin(off, GEO_PI / 2)) <= w->aside;
+}
+
+/* in_window of the axis turned by the matrix, whose last digits differ. 0: that could decide. */
+static int rough_in_window(const struct scene *s, const struct window *w, const double axis[3])
+{
+    const double up = -geo_dot(s->turn[2], axis);
+    if (up < w->lo - SURE || up > w->hi + SURE)
+        return -1;
+    if (up < w->lo + SURE || up > w->hi - SURE)
+        return 0;
+    if (w->half_rad >= GEO_PI)
+        return 1;
+    return rough_in_azimuth(w, (const double[3]){geo_dot(s->turn[0], axis), geo_dot(s->turn[1], axis), -up});
 }
 
 static bool in_window(const struct scene *s, const struct window *w, uint32_t d)
@@ -98,14 +109,11 @@ static bool in_window(const struct scene *s, const struct window *w, uint32_t d)
     double v[3];
     if (is_whole(w))
         return true;
+    const int rough = rough_in_window(s, w, s->picture->axis[d]);
+    if (rough)
+        return rough > 0;
     axis_of(s, d, v);
     return -v[2] >= w->lo && -v[2] <= w->hi && (w->half_rad >= GEO_PI || in_azimuth(w, v));
-}
-
-static void see(struct scene *s, uint32_t d, double to_m, struct picture_entry *e, struct sight *sight)
-{
-    const struct sight_observer by = {s->conf, s->now, &s->place, s->query->near_m, to_m, &s->fade};
-    sight_look_told(s->picture, d, &by, e, sight);
 }
 
 static double reach_of(const struct scene *s)
@@ -121,7 +129,8 @@ static void compare(struct scene *s, uint32_t d, double *best_m, struct nearest 
     double v[3];
     if (picture_edge_m(s->picture, d) - s->place.moved_m >= *best_m) /* nothing there is nearer */
         return;
-    see(s, d, *best_m, &e, &sight);
+    const struct sight_observer by = {s->conf, s->now, &s->place, s->query->near_m, *best_m, &s->fade};
+    sight_look_told(s->picture, d, &by, &e, &sight);
     if (!sight.obstacle || sight.near_m >= *best_m || sight.near_m > reach_of(s))
         return;
     const struct window window = window_at(s, sight.near_m + s->place.moved_m);
@@ -158,16 +167,18 @@ struct weight {
 
 static void weigh_direction(struct scene *s, uint32_t d, double to_m, struct weight *w, struct nearest *out)
 {
+    const struct sight_observer by = {s->conf, s->now, &s->place, s->query->near_m, to_m, &s->fade};
     struct picture_entry e;
     struct sight sight;
-    see(s, d, to_m, &e, &sight);
+    if (!sight_glance(s->picture, d, &by, &sight))
+        sight_look_told(s->picture, d, &by, &e, &sight);
     const enum answer_reason why = sight.reason != ANSWER_HEARD  ? sight.reason
                                    : to_m <= sight.blind_m       ? ANSWER_BLIND
                                    : sight.clear_m < to_m - 1e-9 ? sight_beyond(&sight)
                                                                  : ANSWER_HEARD;
     w->unknown += why != ANSWER_HEARD;
     out->reason = why > out->reason ? why : out->reason;
-    w->oldest_s = fmax(w->oldest_s, sight.age_s);
+    w->oldest_s = sight_more(w->oldest_s, sight.age_s);
 }
 
 static uint32_t bits_in(uint64_t w)
@@ -219,6 +230,13 @@ static void look_once(struct scene *s, struct nearest *out)
         return;
     sight_locate(s->picture, &s->frame, s->conf, s->now, &s->place);
     s->turned = sight_attitude(&s->frame, s->now, s->query->ned, s->attitude);
+    for (int i = 0; i < 3; i++) {
+        double *axis = s->turn[i];
+        memset(axis, 0, sizeof s->turn[i]);
+        axis[i] = 1;
+        if (s->turned)
+            quat_rotate(s->attitude, axis, axis);
+    }
     const double near_m = find_nearest(s, out);
     const double tilt = tilt_rad(s) + uncertain_rad(s);
     weigh(s, isfinite(near_m) ? near_m : s->query->reach_m > 0 ? s->query->reach_m : s->frame.range_max_m, out);

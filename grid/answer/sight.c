@@ -21,26 +21,6 @@ bool sight_reads(struct sight_reading *r)
     return true;
 }
 
-double sight_seconds(uint64_t now_ns, uint64_t t_ns)
-{
-    return now_ns > t_ns ? (double)(now_ns - t_ns) * 1e-9 : 0;
-}
-
-/* What stands against a free interval; ANSWER_HEARD: nothing. */
-static enum answer_reason against(const struct free_interval *c, const struct answer_conf *conf,
-                                  const struct answer_now *now, const struct sight_place *place)
-{
-    if (!c->t_ping_ns)
-        return ANSWER_NEVER;
-    if (c->sensors & now->lost)
-        return ANSWER_SILENT;
-    if (sight_seconds(now->now_ns, c->t_ping_ns) > conf->clear_for_s)
-        return ANSWER_STALE;
-    if (place->away || now->pose.path_m + place->uncertain_m - c->path_m > conf->move_limit_m)
-        return ANSWER_MOVED;
-    return ANSWER_HEARD;
-}
-
 const struct sight sight_never = {.reason = ANSWER_NEVER, .age_s = -1, .hint_m = INFINITY, .bottom_m = INFINITY};
 
 /* The oldest ping of the run's water that is asked about; its parts are among the n. */
@@ -63,9 +43,9 @@ struct free_interval sight_water(const struct picture_entry *e, const struct sig
     struct free_interval good[FREE_INTERVALS];
     unsigned n = 0;
     for (int k = 0; k < FREE_INTERVALS; k++)
-        if (against(&e->free[k], by->conf, by->now, by->place) == ANSWER_HEARD)
+        if (sight_against(&e->free[k], by) == ANSWER_HEARD)
             good[n++] = e->free[k];
-    *reason = n ? ANSWER_HEARD : against(&e->free[0], by->conf, by->now, by->place);
+    *reason = n ? ANSWER_HEARD : sight_against(&e->free[0], by);
     struct free_interval run = free_longest(good, n);
     if (!run.t_ping_ns)
         return n ? good[0] : e->free[0];
@@ -137,7 +117,7 @@ static const struct free_interval *water_at(const struct words *w, const struct 
 {
     load_interval(w, 0, &e->free[0]);
     if (!(word_at(w, sizeof *e->free) | word_at(w, 2 * sizeof *e->free) | word_at(w, 3 * sizeof *e->free))) {
-        *reason = against(&e->free[0], by->conf, by->now, by->place);
+        *reason = sight_against(&e->free[0], by);
         return &e->free[0];
     }
     for (int k = 1; k < FREE_INTERVALS; k++)
@@ -174,7 +154,7 @@ static void look_at_words(const struct picture *p, const struct words *w, const 
 static void heed_bottom(const struct picture *p, uint32_t direction, const struct sight_place *place,
                         struct sight *v)
 {
-    v->bottom_m = sight_more(0, bottom_reach_m(&place->bottom, p->axis[direction][2]) - place->moved_m);
+    v->bottom_m = sight_bottom_m(p, direction, place);
     v->clear_m = sight_less(v->clear_m, v->bottom_m);
 }
 
