@@ -11,6 +11,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 _Static_assert(PROTOCOL_SECTORS_MAX <= ANSWER_SECTORS_MAX, "more sectors may be asked for than there are");
 
@@ -94,17 +95,43 @@ static double sectors_reach_m(const struct methods_env *d, struct grid *grid, co
     return asked_m > 0 ? asked_m : frame.range_max_m;
 }
 
+/* An answer about sectors while it is written. */
+struct ring_answer {
+    size_t count, written;
+    struct answer sector[]; /* [count] */
+};
+
+#define SECTORS_PER_PART 180
+
+static bool write_sectors(const struct rpc_call *call, struct json_out *out, struct rpc_error *error)
+{
+    struct ring_answer *r = call->work->state;
+    const double width_deg = 360.0 / (double)r->count;
+    (void)error;
+    for (int i = 0; i < SECTORS_PER_PART && r->written < r->count; i++, r->written++)
+        write_sector(out, &r->sector[r->written], (double)r->written * width_deg, width_deg);
+    if (r->written < r->count)
+        return rpc_continue(call, write_sectors);
+    json_out_put(out, "]}");
+    return true;
+}
+
+/* All sectors are judged at once, for they are of one picture. What takes long to write are many of them. */
 bool method_sectors(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
 {
     struct methods_env *d = call->daemon;
-    const int64_t count = params_integer(params, "count");
+    const size_t count = (size_t)params_integer(params, "count");
     const bool ned = params_is(params, "frame", "ned");
     struct grid *grid = grid_asked(d, params, error);
     double band[2];
     if (!grid)
         return false;
+    struct ring_answer *r = calloc(1, sizeof *r + count * sizeof *r->sector);
+    if (!r)
+        return rpc_refuse(error, RPC_INTERNAL_ERROR, "no memory for %zu sectors", count);
+    rpc_work_keep(call->work, r, free);
+    r->count = count;
     params_numbers(params, "elevation_deg", band);
-    struct answer sector[ANSWER_SECTORS_MAX];
     const double reach_m = sectors_reach_m(d, grid, params);
     const struct answer_now now = query_now(d);
     const struct answer_conf limits = grid_limits(grid);
@@ -114,9 +141,8 @@ bool method_sectors(const struct rpc_call *call, json_t *params, struct json_out
                                          .hi_rad = geo_rad(band[1]),
                                          .reach_m = reach_m,
                                          .near_m = query_near_m(d),
-                                         .count = (size_t)count},
-                   sector);
-    const double width_deg = 360.0 / (double)count;
+                                         .count = count},
+                   r->sector);
     json_out_open(out, '{');
     json_member_word(out, "frame", ned ? "ned" : "body");
     json_member_real(out, "t_unix", query_unix_s(d), 1e6);
@@ -126,10 +152,7 @@ bool method_sectors(const struct rpc_call *call, json_t *params, struct json_out
     reference_write_target(out, d);
     json_out_name(out, "sectors");
     json_out_open(out, '[');
-    for (int64_t k = 0; k < count; k++)
-        write_sector(out, &sector[k], (double)k * width_deg, width_deg);
-    json_out_put(out, "]}");
-    return true;
+    return count <= SECTORS_PER_PART ? write_sectors(call, out, error) : rpc_continue(call, write_sectors);
 }
 
 /* Of an obstacle, or of what is not known. Before an obstacle that is the gravest cause, whose age is not in *n. */
