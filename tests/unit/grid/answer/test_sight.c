@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * test_sight - how old an answer is: as old as the water that was asked about, whatever stands nearer or farther; and
- * what is left of it to a vehicle that moves on without a ping.
+ * what is left of it to a vehicle that moves on without a ping. And a glance says what a look does.
  */
 #include "tests/lib/picture_rig.h"
 
@@ -136,11 +136,111 @@ TEST(water_stays_free_while_no_ping_comes)
     CHECK_INT(nearest(0, 5).state, ANSWER_UNKNOWN);
 }
 
+/* ---- a glance against a look ---- */
+
+#define PICTURES 60
+
+static uint64_t seed;
+
+static double uniform(double lo, double hi)
+{
+    return lo + (hi - lo) * test_uniform(&seed);
+}
+
+static bool one_in(double n)
+{
+    return test_uniform(&seed) * n < 1;
+}
+
+/* One free interval or several, or none; obstacles in any order; all of it fresh, or not. */
+static struct picture_entry any_entry(void)
+{
+    struct picture_entry e = {.hint_m = one_in(4) ? (float)uniform(0.1, 10) : 0};
+    for (int k = 0; k < FREE_INTERVALS; k++)
+        if (k == 0 ? !one_in(6) : one_in(6))
+            e.free[k] = (struct free_interval){.t_ping_ns = ago(uniform(-1, 32)),
+                                               .path_m = uniform(-0.3, 0),
+                                               .from_m = (float)uniform(0, 1),
+                                               .to_m = one_in(9) ? -1 : (float)uniform(0.2, 12),
+                                               .sensors = one_in(4) ? 2 : 1};
+    for (int k = 0; k < PICTURE_OBSTACLES && one_in(2); k++)
+        e.obstacle[k] = (struct picture_obstacle){.t_ref_ns = ago(uniform(0, 60)),
+                                                  .t_echo_ns = ago(uniform(0, 20)),
+                                                  .logodds = (float)uniform(-0.5, 4),
+                                                  .near_m = (float)uniform(0.2, 12),
+                                                  .range_m = 12,
+                                                  .sd_m = 0.1f};
+    return e;
+}
+
+static void any_picture(void)
+{
+    start_with(rings_full(&rings, geo_rad(10)), !one_in(4));
+    picture_begin(&picture);
+    for (uint32_t d = 0; d < rings.n; d++) {
+        const struct picture_entry e = any_entry();
+        if (!one_in(9))
+            picture_set(&picture, d, &e);
+    }
+    picture_end(&picture);
+    now.lost = one_in(2) ? 2 : 0;
+    now.pose.position_m[0] = one_in(3) ? uniform(-0.3, 0.3) : one_in(9) ? POSE_STEP_MOST_M + 1 : 0;
+    now.pose.path_m = one_in(3) ? uniform(0, 0.3) : 0;
+    now.pose.uncertain_m = one_in(2) ? uniform(0, 0.3) : 0;
+    now.pose.drift_m[0] = one_in(3) ? uniform(0, 0.3) : 0;
+    now.pose.altitude_m = uniform(0, 8);
+    now.pose.has |= one_in(2) ? POSE_ALTITUDE : 0u;
+}
+
+/* Has it one free interval, the nearest obstacle first? Then a glance has to be enough. */
+static bool is_simple(const struct picture_entry *e)
+{
+    for (int k = 1; k < FREE_INTERVALS; k++)
+        if (e->free[k].t_ping_ns)
+            return false;
+    return e->obstacle[1].logodds <= 0;
+}
+
+TEST(a_glance_says_what_a_look_does)
+{
+    const struct answer_conf conf = {.clear_for_s = 30, .move_limit_m = 0.5};
+    uint64_t seen = 0, differ = 0, missed = 0, nearer = 0;
+    seed = test_seed();
+    for (int i = 0; i < PICTURES; i++) {
+        struct picture_frame frame;
+        struct sight_place place;
+        any_picture();
+        picture_get_frame(&picture, &frame);
+        sight_locate(&picture, &frame, &conf, &now, &place);
+        const struct sight_observer by = {&conf, &now, &place, uniform(0, 1), uniform(0, 12), NULL};
+        for (uint32_t d = 0; d < rings.n; d++) {
+            struct picture_entry e;
+            struct sight look, glance;
+            picture_get(&picture, d, &e);
+            const bool simple = is_simple(&e), told = sight_glance(&picture, d, &by, &glance);
+            sight_look(&picture, d, &by, &e, &look);
+            missed += simple && !told;
+            if (!told)
+                continue;
+            seen++;
+            differ += glance.reason != look.reason || glance.clear_m != look.clear_m ||
+                      glance.blind_m != look.blind_m || glance.age_s != look.age_s ||
+                      glance.bottom_m != look.bottom_m;
+            nearer += look.obstacle && look.near_m < glance.near_m;
+        }
+    }
+    CHECK(seen > 1000);
+    CHECK_INT(differ, 0);
+    CHECK_INT(missed, 0);
+    CHECK_INT(nearer, 0);
+}
+
 int main(void)
 {
     RUN(an_answer_is_as_old_as_the_water_asked_about);
     RUN(a_corridor_is_as_old_as_the_water_that_the_body_enters);
     RUN(what_is_too_old_ends_the_water_there_alone);
     RUN(water_stays_free_while_no_ping_comes);
+    RUN(a_glance_says_what_a_look_does);
     return test_end();
 }
