@@ -14,18 +14,6 @@ static uint64_t silent(const struct bearings_looks *looks, const struct answer_c
     return sensors;
 }
 
-struct promise promise_begin(struct picture *picture, const struct answer_conf *conf,
-                             const struct picture_frame *frame, const struct answer_now *now, double loose_m)
-{
-    const struct bearings_looks *looks = &frame->looks;
-    const uint64_t online = ~silent(looks, conf, now);
-    return (struct promise){.picture = picture,
-                            .frame = frame,
-                            .now = now,
-                            .loose_m = loose_m,
-                            .shown = bearings_of(looks, online, now->now_ns, conf->clear_for_s)};
-}
-
 /*
  * So much of a beam, in directions, frees none, for none lies wholly in it there. It is the operator's to promise; all
  * the rest of a beam that does not turn frees its directions with each ping, so that there the beam is taken at its
@@ -45,6 +33,90 @@ static bool is_looked_at(const struct promise *p, uint32_t direction, double sla
     *az_rad = atan2(u[1], u[0]);
     return fabs(u[2]) <= sin(looks->level_rad - step_rad) &&
            (bearings_have(looks->bearings, *az_rad, 0) || bearings_still(looks, *az_rad, EDGE_CELLS * step_rad));
+}
+
+#define PART_RAD (GEO_TURN / PROMISE_PARTS)
+#define EDGE_SD  3.0
+
+/* Where the part's rays meet a disk around what was shown range_m away and apart_rad beside them; INFINITY: nowhere. */
+static double disk_m(double range_m, double radius_m, double apart_rad)
+{
+    const double aside_m = range_m * sin(fmin(apart_rad, GEO_PI / 2));
+    if (radius_m >= range_m)
+        return 0;
+    if (apart_rad >= GEO_PI / 2 || aside_m > radius_m)
+        return INFINITY;
+    return range_m * cos(apart_rad) - sqrt(radius_m * radius_m - aside_m * aside_m);
+}
+
+/* It may have come from there by now, in any direction. */
+static void spread_shown(struct promise *p, double az_rad, double range_m, double radius_m)
+{
+    for (int i = 0; i < PROMISE_PARTS; i++) {
+        const double off_rad = fabs(geo_wrap_pi((i + 0.5) * PART_RAD - az_rad));
+        const double apart_rad = fmax(0, off_rad - PART_RAD / 2 - p->picture->rings->step_rad / 2);
+        p->come_m[i] = fmin(p->come_m[i], disk_m(range_m, radius_m, apart_rad));
+    }
+}
+
+#define LOOKED_TURNS 2.2 /* in so many turns a head that goes to and fro has been everywhere again ... */
+#define LOOKED_S     1.0 /* ... and in so long a sonar that does not turn, whatever pings it loses */
+
+/* For so long nobody may have looked where an echo came from, nor where that has gone since. */
+static double unlooked_s(const struct picture_frame *frame)
+{
+    if (frame->looks.first_turns && frame->turn_s <= 0)
+        return INFINITY;
+    return fmax(LOOKED_TURNS * frame->turn_s, LOOKED_S);
+}
+
+static void add_shown(struct promise *p, uint32_t direction, double last_s)
+{
+    const double *v = p->picture->axis[direction];
+    struct picture_entry e;
+    picture_get(p->picture, direction, &e);
+    for (int i = 0; i < PICTURE_OBSTACLES && e.obstacle[i].logodds > 0; i++) {
+        const struct picture_obstacle *o = &e.obstacle[i];
+        const double age_s = sight_seconds(p->now->now_ns, o->t_echo_ns);
+        if (age_s <= last_s && picture_logodds(p->picture, o, p->now->now_ns) > p->picture->blocked_logodds)
+            spread_shown(p, atan2(v[1], v[0]), fmax(0, (double)o->range_m - EDGE_SD * (double)o->sd_m),
+                         answer_drifted_m(p->now, age_s) + p->loose_m);
+    }
+}
+
+/*
+ * An obstacle's own direction tells how much nearer it may have come, not that a vehicle that drifts past it has it
+ * ahead. It is shown anew wherever it is when the sonars look there again; what has gone where none looks is the
+ * operator's to promise, as all that comes from there.
+ */
+static void find_shown(struct promise *p)
+{
+    const double level = sin(p->picture->rings->height_rad);
+    const double last_s = unlooked_s(p->frame);
+    double az_rad;
+    for (uint32_t k = 0; k < p->picture->n; k += 64)
+        for (uint64_t left = picture_block(p->picture, k / 64).obstacle; left; left &= left - 1) {
+            const uint32_t direction = k + (uint32_t)__builtin_ctzll(left);
+            if (direction < p->picture->n && is_looked_at(p, direction, level, &az_rad))
+                add_shown(p, direction, last_s);
+        }
+}
+
+struct promise promise_begin(struct picture *picture, const struct answer_conf *conf,
+                             const struct picture_frame *frame, const struct answer_now *now, double loose_m)
+{
+    const struct bearings_looks *looks = &frame->looks;
+    const uint64_t online = ~silent(looks, conf, now);
+    struct promise p = {.picture = picture,
+                        .frame = frame,
+                        .now = now,
+                        .loose_m = loose_m,
+                        .shown = bearings_of(looks, online, now->now_ns, conf->clear_for_s)};
+    for (int i = 0; i < PROMISE_PARTS; i++)
+        p.come_m[i] = INFINITY;
+    if (now->pose.drift_mps > 0)
+        find_shown(&p);
+    return p;
 }
 
 /* Do the looks leave out no more than lies between two of a sonar's beams? What stands there no beam shows. */
@@ -85,7 +157,8 @@ static double adrift_m(const struct promise *p, const struct sight *s, double ne
  * Until every head has been everywhere twice, water that ends before near_m may be the gap of a lost ping; from then on
  * a direction has what an earlier turn showed of it.
  */
-double promise_m(const struct promise *p, uint32_t direction, double slack, const struct sight *s, double near_m)
+static double unshown_m(const struct promise *p, uint32_t direction, double slack, const struct sight *s,
+                        double near_m)
 {
     const bool blank = !s;
     s = blank ? &sight_never : s;
@@ -104,4 +177,14 @@ double promise_m(const struct promise *p, uint32_t direction, double slack, cons
     if (drifts)
         return left_m;
     return (blank || p->frame->looks.first_turns) && !is_between_looks(p, direction) ? sure_m : near_m;
+}
+
+double promise_m(const struct promise *p, uint32_t direction, double slack, const struct sight *s, double near_m)
+{
+    const double *v = p->picture->axis[direction];
+    const int part = (int)(geo_wrap(atan2(v[1], v[0])) / PART_RAD) % PROMISE_PARTS;
+    const double shown_m = unshown_m(p, direction, slack, s, near_m);
+    if (p->now->pose.drift_mps <= 0 || fabs(v[2]) > slack)
+        return shown_m;
+    return s && goes_on(p, s, shown_m) && s->blind_m <= p->come_m[part] ? shown_m : fmin(shown_m, p->come_m[part]);
 }

@@ -8,6 +8,8 @@
 
 #include "sight.h"
 
+#define PROMISE_PARTS 64
+
 /* To whom it is given: a vehicle in that picture. */
 struct promise {
     struct picture *picture;
@@ -15,6 +17,9 @@ struct promise {
     const struct answer_now *now;
     double loose_m; /* pose uncertainty: how far off the vehicle's place may be */
     uint64_t shown; /* bearings of the body: where heads that are neither offline nor silent show what is there */
+    /* Of a vehicle that drifts, by parts of the grid's circle: what beams showed at the horizon, wherever that was, may
+     * by now stand as near as this. INFINITY: nothing has come there. */
+    double come_m[PROMISE_PARTS];
 };
 
 /** promise_begin - the promise to a vehicle whose place is known but for loose_m. */

@@ -162,6 +162,40 @@ TEST(near_shrinks_as_a_vehicle_drifts)
     }
 }
 
+/*
+ * Of a post 3 m away a beam showed water ahead right before, and now nothing of it is free there by the beams. A
+ * vehicle that has drifted past the post has it ahead; not if all has been looked at since, or nobody looks there.
+ */
+TEST(what_was_shown_beside_may_have_come_ahead)
+{
+    static const struct corridor_body promised = {
+        .radius_m = 0.3, .half_height_m = 0.2, .margin_m = 0.1, .near_m = 4};
+    static const struct {
+        double az_deg, age_s, turn_s;
+        uint64_t bearings;
+        double known_m;
+    } row[] = {
+        {40, 4, 4, UINT64_MAX, 1.22}, {-40, 4, 4, UINT64_MAX, 1.22},       {40, 1, 4, UINT64_MAX, 2.5},
+        {90, 4, 4, UINT64_MAX, 2.5},  {90, 8, 4, UINT64_MAX, 0},           {150, 8, 4, UINT64_MAX, 0},
+        {90, 8, 3, UINT64_MAX, 2.5},  {90, 8, 4, 0xff000000000000ff, 2.5}, {40, 4, 0, 0xff000000000000ff, 2.5}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct picture_frame frame;
+        start();
+        all_free(20);
+        looks_at(row[i].bearings, 0, false);
+        picture_get_frame(&picture, &frame);
+        frame.turn_s = row[i].turn_s;
+        now.pose.drift_mps = 0.5;
+        set(at(row[i].az_deg, 1), 0.3, 20, 3, row[i].age_s);
+        picture_begin(&picture);
+        picture_set_frame(&picture, &frame);
+        picture_set(&picture, at(0, 1),
+                    &(struct picture_entry){.free = {{.t_ping_ns = NOW - 1, .to_m = -1, .sensors = 1}}});
+        picture_end(&picture);
+        CHECK_NEAR(look(&promised, 1, 0, 0, 2.5).known_m, row[i].known_m, 0, 0.15);
+    }
+}
+
 TEST(near_covers_what_lies_between_two_looks)
 {
     static const struct corridor_body promised = {
@@ -855,6 +889,7 @@ int main(void)
     RUN(the_front_is_the_bodys_extent_along_the_line);
     RUN(near_is_no_leave_where_a_sonar_looks_and_has_not_looked);
     RUN(near_shrinks_as_a_vehicle_drifts);
+    RUN(what_was_shown_beside_may_have_come_ahead);
     RUN(near_covers_what_lies_between_two_looks);
     RUN(near_covers_no_lost_ping_in_the_first_turns);
     RUN(the_remedy_names_the_poses_where_they_are_what_is_missing);
