@@ -29,7 +29,7 @@ enum conf_amplitude {
     CONF_AMPLITUDE_LOG
 };
 enum conf_scan_mode { CONF_MODE_AUTO, CONF_MODE_TRANSMIT, CONF_MODE_REQUEST };
-enum conf_scan { CONF_SCAN_PLAIN, CONF_SCAN_ACTIVE };
+enum conf_scan { CONF_SCAN_AUTO, CONF_SCAN_PLAIN, CONF_SCAN_ACTIVE };
 enum conf_detector { CONF_CA, CONF_GOCA, CONF_SOCA, CONF_OS };
 enum conf_order { CONF_ORDER_SAFE, CONF_ORDER_PAPER };
 enum conf_median { CONF_MEDIAN_OFF, CONF_MEDIAN_3, CONF_MEDIAN_5 };
@@ -64,7 +64,7 @@ struct conf_sonar {
     double sector_rad[2];       /* sector = 0 360 deg      start end, clockwise; a turn apart: full circle */
     double step_rad;            /* step = 0.9 deg          [0.1 .. 90], less than the sector */
     int mode;                   /* mode = auto | transmit | request (enum conf_scan_mode) */
-    int scan;                   /* scan = plain | active (enum conf_scan) */
+    int scan;                   /* scan = auto | plain | active (enum conf_scan) */
     double circle_s;            /* circle = 60 s            [1 .. 3600]; auto: 0 */
     double frequency_hz;        /* frequency = 750 kHz     [10 .. 3000]; auto: 0, the device's default */
     int node;                   /* node = 42                [0 .. 253], on a CAN bus; any: -1 */

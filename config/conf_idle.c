@@ -50,7 +50,7 @@ struct need {
 #define TEMPLATES DEVICE(BY_USE, "background", "a sonar that can have a template")
 
 static const struct need needs[] = {
-    {"sonar", "circle", {IS("sonar", "scan", "active")}},
+    {"sonar", "circle", {IS("sonar", "scan", "active"), SET("vehicle", "current")}},
     {"sonar", "decibels_per_count", {IS("sonar", "amplitude", "log")}},
     {"sonar", "power_active", {SET("sonar", "power")}},
     {"sonar", "power_cycle_after", {SET("sonar", "power")}},

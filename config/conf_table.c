@@ -96,13 +96,16 @@ const struct conf_key conf_keys[] = {
     {"sonar", "mode", OF_DEVICE, WORDS("auto", "transmit", "request"), .standard = "auto", SONAR(mode),
      .help = "transmit: the sonar pings by itself (auto-transmit), which is faster. request: sonard asks for\n"
              "every ping (polled), which old firmware needs. auto: transmit, or request if the sonar refuses."},
-    {"sonar", "scan", OF_DEVICE, WORDS("plain", "active"), .standard = "plain", SONAR(scan),
+    {"sonar", "scan", OF_DEVICE, WORDS("auto", "plain", "active"), .standard = "auto", SONAR(scan),
      .help = "active: half of the pings go to the directions worth most, mostly ahead; a full circle takes a\n"
-             "little over twice as long. Needs velocity and attitude (sonard-protocol(7), pose); without them it\n"
-             "scans as plain with mode = request."},
+             "little over twice as long. That needs velocity and attitude (sonard-protocol(7), pose). Without\n"
+             "position and velocity, water is known for seconds only. Then all pings go to the third of the\n"
+             "circle towards which the thrusters push, while a client tells that (push_n), and else it scans as\n"
+             "plain with mode = request. auto: active where `current` in [vehicle] is set, if the sonar can be\n"
+             "steered and scans the full circle; else plain."},
     {"sonar", "circle", OF_DEVICE, QUANTITY(1, "s", 1, 3600), .standard = "auto", .instead = "auto",
      .instead_value = 0, SONAR(circle_s),
-     .help = "For scan = active: the whole circle is scanned within this time; the remaining pings go to the\n"
+     .help = "For active scanning: the whole circle is scanned within this time; the remaining pings go to the\n"
              "directions worth most. If a plain revolution takes longer, none remain. auto: half of the pings,\n"
              "however long a revolution takes."},
     {"sonar", "frequency", OF_DEVICE, QUANTITY(1, "kHz", 10, 3000), .standard = "auto", .instead = "auto",

@@ -118,13 +118,26 @@ static void judge_near(const struct conf *conf, fit_fn tell, void *ctx)
 static void judge_circle(const struct conf *conf, const struct conf_sonar *c, fit_fn tell, void *ctx)
 {
     struct fault f;
-    if (c->scan != CONF_SCAN_ACTIVE || conf->grid.clear_for_s <= 0 || c->circle_s <= conf->grid.clear_for_s)
+    if (c->scan == CONF_SCAN_PLAIN || conf->grid.clear_for_s <= 0 || c->circle_s <= conf->grid.clear_for_s)
         return;
     fault_set(
         &f,
         "[grid] clear_for = %g s is shorter than circle = %g s of sonar %s: much of the circle stays unknown; "
         "want clear_for = auto",
         conf->grid.clear_for_s, c->circle_s, c->name);
+    tell(ctx, f.text);
+}
+
+static void judge_scan(const struct conf *conf, const struct conf_sonar *c, fit_fn tell, void *ctx)
+{
+    struct fault f;
+    if (conf->vehicle.current_mps < 0 || !turns(c) || device_find(c->device)->steer)
+        return;
+    fault_set(&f,
+              "[sonar %s] %s cannot be sent to single bearings: it keeps its scan, and without a position the "
+              "water ahead "
+              "is known for as short a time as all other; want a sector ahead and a short range",
+              c->name, c->device);
     tell(ctx, f.text);
 }
 
@@ -188,6 +201,7 @@ void fit_judge(const struct conf *conf, fit_fn tell, void *ctx)
         judge_step(&conf->sonar[i], tell, ctx);
         judge_cells(conf, &conf->sonar[i], tell, ctx);
         judge_circle(conf, &conf->sonar[i], tell, ctx);
+        judge_scan(conf, &conf->sonar[i], tell, ctx);
         judge_delay(&conf->sonar[i], tell, ctx);
     }
     judge_forget(&conf->grid, tell, ctx);

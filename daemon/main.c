@@ -11,7 +11,6 @@
 #include <unistd.h>
 
 #include "core/fault.h"
-#include "daemon/pipeline/active_sensing.h"
 #include "daemon/methods/environment.h"
 #include "daemon/methods/answers_file.h"
 #include "daemon/methods/methods.h"
@@ -29,6 +28,7 @@
 #include "replay.h"
 #include "service.h"
 #include "settings.h"
+#include "steering.h"
 #include "wiring.h"
 
 _Static_assert(LOG_SONAR_MAX >= CONF_NAME_MAX, "a sonar's name fits into a line of the log");
@@ -228,33 +228,6 @@ static void on_law_tick(void *ctx, uint64_t now_ns)
     loop_arm(t->d->env.loop, &t->timer, now_ns + LAW_TICK_NS);
 }
 
-/* Tells sonars that can be steered where to look. */
-struct active_sensing_timer {
-    struct loop_timer timer;
-    struct process *d;
-    struct next_look_features features[CONF_MAX_SONARS];
-};
-
-static void on_active_sensing_tick(void *ctx, uint64_t now_ns)
-{
-    struct active_sensing_timer *t = ctx;
-    struct process *d = t->d;
-    struct pose pose = pose_identity;
-    if (pose_log_fresh(&d->env.poses, now_ns))
-        pose_log_newest(&d->env.poses, &pose);
-    for (int i = 0; i < d->env.conf.n_sonars; i++) {
-        double from_rad = 0, to_rad = 0;
-        if (d->env.conf.sonar[i].scan != CONF_SCAN_ACTIVE)
-            continue;
-        const struct active_sensing_head head = {&pose, &d->env.mount[i], &t->features[i]};
-        active_sensing_sector(pipeline_picture(d->env.pipeline), now_ns,
-                              grid_limits(pipeline_grid(d->env.pipeline, 0)).clear_for_s, &head, &from_rad,
-                              &to_rad);
-        source_steer(d->env.source[i], from_rad, to_rad);
-    }
-    loop_arm(d->env.loop, &t->timer, now_ns + ACTIVE_SENSING_TICK_NS);
-}
-
 /* Writes the answers beside those of every turn. */
 struct answers_timer {
     struct loop_timer timer;
@@ -291,6 +264,7 @@ static bool make_sources(struct process *d, struct fault *fault)
                              .record = d->env.record,
                              .replay = d->env.replay,
                              .no_line = d->no_line,
+                             .steered = d->env.plan.steered,
                              .ping_time = ping_time,
                              .on_ping = on_ping,
                              .ctx = d};
@@ -391,10 +365,14 @@ static void run_live(struct process *d)
     struct law_timer law = {.d = d};
     law.timer = (struct loop_timer){.fire = on_law_tick, .ctx = &law};
     loop_arm(d->env.loop, &law.timer, loop_now(d->env.loop) + LAW_TICK_NS);
-    struct active_sensing_timer sensing = {.d = d};
-    sensing.timer = (struct loop_timer){.fire = on_active_sensing_tick, .ctx = &sensing};
-    if (plan_has(&d->env.plan, PLAN_ACTIVE_SENSING, 0))
-        loop_arm(d->env.loop, &sensing.timer, loop_now(d->env.loop) + ACTIVE_SENSING_TICK_NS);
+    struct steering steering;
+    steering_start(&steering, &(struct steering_env){.loop = d->env.loop,
+                                                     .pipeline = d->env.pipeline,
+                                                     .plan = &d->env.plan,
+                                                     .poses = &d->env.poses,
+                                                     .push = &d->env.push,
+                                                     .mount = d->env.mount,
+                                                     .source = d->env.source});
     for (int i = 0; i < d->env.conf.n_sonars; i++)
         source_start(d->env.source[i]);
     log_line(LOG_NOTICE, "started", "version %s, configuration %s, %d sonar%s, %d pipeline thread%s, socket %s",
@@ -408,7 +386,7 @@ static void run_live(struct process *d)
     }
     loop_arm(d->env.loop, &recording.timer, LOOP_NEVER);
     loop_arm(d->env.loop, &law.timer, LOOP_NEVER);
-    loop_arm(d->env.loop, &sensing.timer, LOOP_NEVER);
+    steering_stop(&steering);
 }
 
 /* Nobody asked for anything: what there is to ask for. */

@@ -2,11 +2,13 @@
 /* plan - see plan.h. */
 #include "plan.h"
 
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
 #include "drivers/devices/device.h"
+#include "grid/geometry.h"
 
 static void put_stage(struct plan *plan, enum plan_id id, int which, enum plan_proof proof, const char *why, ...)
     __attribute__((format(printf, 5, 6)));
@@ -100,20 +102,27 @@ static void put_map(struct plan *plan, const struct conf_map *map)
         put_stage(plan, PLAN_SAVER, 0, PLAN_IDENTICAL, "there is no map");
 }
 
-static bool any_steered(const struct conf *conf)
+#define ROUND_RAD 1e-9 /* a sector that ends where it begins, but for rounding */
+
+static bool is_steered(const struct conf *conf, int sonar)
 {
-    for (int i = 0; i < conf->n_sonars; i++)
-        if (conf->sonar[i].scan == CONF_SCAN_ACTIVE)
-            return true;
-    return false;
+    const struct conf_sonar *s = &conf->sonar[sonar];
+    if (s->scan != CONF_SCAN_AUTO)
+        return s->scan == CONF_SCAN_ACTIVE;
+    return conf->vehicle.current_mps >= 0 && device_find(s->device)->steer && s->mode != CONF_MODE_TRANSMIT &&
+           fabs(remainder(s->sector_rad[1] - s->sector_rad[0], GEO_TURN)) < ROUND_RAD;
 }
 
 static void put_process(struct plan *plan, const struct conf *conf)
 {
-    if (any_steered(conf))
-        put_stage(plan, PLAN_ACTIVE_SENSING, 0, PLAN_NONE, "a sonar has scan = active");
+    plan->steered = 0;
+    for (int i = 0; i < conf->n_sonars; i++)
+        plan->steered |= (uint64_t)is_steered(conf, i) << i;
+    if (plan->steered)
+        put_stage(plan, PLAN_ACTIVE_SENSING, 0, PLAN_NONE, "[sonar NAME] scan = active, or auto");
     else
-        put_stage(plan, PLAN_ACTIVE_SENSING, 0, PLAN_BOUNDED, "no sonar has scan = active");
+        put_stage(plan, PLAN_ACTIVE_SENSING, 0, PLAN_BOUNDED,
+                  "no sonar has scan = active, or auto and could use it");
     if (conf->pipeline.threads > 0)
         put_stage(plan, PLAN_THREADS, 0, PLAN_NONE, "[pipeline] threads = %d", conf->pipeline.threads);
     else

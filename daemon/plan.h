@@ -11,6 +11,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 #include "config/conf.h"
 
@@ -59,6 +60,7 @@ struct plan_stage {
 struct plan {
     int n;
     struct plan_stage stage[PLAN_STAGES_MAX]; /* sonar by sonar, then what all share */
+    uint64_t steered; /* sonars that are told where to look: scan = active, or auto and it makes sense */
     bool ranges[CONF_MAX_SONARS]; /* the sonar reports ready ranges: what it detects is its own choice */
 };
 

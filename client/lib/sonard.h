@@ -219,6 +219,7 @@ enum sonard_pose_part {
     SONARD_POSE_TIME = 16,
     SONARD_POSE_ALTITUDE = 32,
     SONARD_POSE_SPEED_BOUND = 64,
+    SONARD_POSE_PUSH = 128,
 };
 
 struct sonard_pose {
@@ -231,6 +232,7 @@ struct sonard_pose {
     double altitude_m;      /* above the bottom, straight down */
     double
         speed_bound_mps[2]; /* the most it has gone through the water since the bound before: level, up or down */
+    double push_n[2];       /* which way the thrusters push, forward and to the right: guides where a head looks */
 };
 
 /** sonard_pose - tell where the vehicle is; waits for the daemon's word. */

@@ -297,6 +297,8 @@ static json_t *pose_params(const struct sonard_pose *pose)
     if (pose->has & SONARD_POSE_SPEED_BOUND)
         wrong |= json_object_set_new(params, "speed_bound_mps",
                                      json_pack("[f, f]", pose->speed_bound_mps[0], pose->speed_bound_mps[1]));
+    if (pose->has & SONARD_POSE_PUSH)
+        wrong |= json_object_set_new(params, "push_n", json_pack("[f, f]", pose->push_n[0], pose->push_n[1]));
     if (pose->has & SONARD_POSE_TIME)
         wrong |= json_object_set_new(params, "t_unix", json_real(pose->t_unix));
     if (pose->has & SONARD_POSE_ALTITUDE)

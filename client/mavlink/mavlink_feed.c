@@ -263,7 +263,7 @@ void mavlink_feed_pose(struct mavlink_feed *feed, const struct mavlink_pose *pos
                          (pose->has & MAVLINK_POSE_VELOCITY ? SONARD_POSE_VELOCITY : 0u) |
                          (pose->has & MAVLINK_POSE_DEPTH ? SONARD_POSE_DEPTH : 0u) |
                          (pose->has & MAVLINK_POSE_ALTITUDE ? SONARD_POSE_ALTITUDE : 0u) |
-                         (pose->has & MAVLINK_POSE_BOUND ? SONARD_POSE_SPEED_BOUND : 0u);
+                         (pose->has & MAVLINK_POSE_BOUND ? SONARD_POSE_SPEED_BOUND | SONARD_POSE_PUSH : 0u);
     struct sonard_pose said = {.has = has | SONARD_POSE_TIME,
                                .depth_m = pose->depth_m,
                                .altitude_m = pose->altitude_m,
@@ -279,6 +279,7 @@ void mavlink_feed_pose(struct mavlink_feed *feed, const struct mavlink_pose *pos
     memcpy(said.position_m, pose->position_m, sizeof said.position_m);
     memcpy(said.velocity_mps, pose->velocity_mps, sizeof said.velocity_mps);
     memcpy(said.speed_bound_mps, pose->bound_mps, sizeof said.speed_bound_mps);
+    memcpy(said.push_n, pose->push_n, sizeof said.push_n);
     if (sonard_send_pose(feed->client, &said, &feed->error))
         feed->poses_waiting++;
     else

@@ -192,6 +192,15 @@ bool mavlink_thrusters_climb_known(const struct mavlink_thrusters *t, uint64_t n
     return t->climb_ns && now_ns <= t->climb_ns + CLIMB_OLD_NS && now_ns >= t->climbs_ns + CLIMBS_NS;
 }
 
+static void add_up(struct mavlink_thrusters *t, const struct thrust_frame *frame, const struct thrust_range now[])
+{
+    for (int i = 0; i < 2; i++) {
+        t->push_n[i] = 0;
+        for (int k = 0; k < frame->n; k++)
+            t->push_n[i] += frame->motor[k].axis[i] * (now[k].least_n + now[k].most_n) / 2;
+    }
+}
+
 static void step(struct mavlink_thrusters *t, const struct thrust_frame *frame, const struct thrust_range now[],
                  uint64_t t_ns)
 {
@@ -214,6 +223,7 @@ static void step(struct mavlink_thrusters *t, const struct thrust_frame *frame, 
     for (int i = 0; i < 2; i++) /* one that nobody took counts until now */
         t->mps[i] = fmax(t->fresh ? t->mps[i] : 0, fmax(was[i], is[i]));
     t->fresh = true;
+    add_up(t, frame, now);
 }
 
 void mavlink_thrusters_servo(struct mavlink_thrusters *t, const struct mavlink_servo_output_raw *m, uint64_t t_ns,

@@ -61,6 +61,7 @@ struct mavlink_thrusters {
     enum mavlink_no_bound why;
     bool fresh; /* a bound that nobody took */
     double mps[2];
+    double push_n[2]; /* of the last sample, by the middle of the curves: forward and to the right */
     struct speed_bound bound;
 };
 

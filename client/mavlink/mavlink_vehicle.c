@@ -452,6 +452,7 @@ bool mavlink_vehicle_pose(struct mavlink_vehicle *vehicle, uint64_t now_ns, stru
 bool mavlink_vehicle_bound(struct mavlink_vehicle *vehicle, struct mavlink_pose *out)
 {
     *out = (struct mavlink_pose){.has = MAVLINK_POSE_BOUND};
+    memcpy(out->push_n, vehicle->thrusters.push_n, sizeof out->push_n);
     return mavlink_thrusters_take(&vehicle->thrusters, &out->t_ns, out->bound_mps);
 }
 

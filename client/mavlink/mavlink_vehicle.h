@@ -33,7 +33,8 @@ struct mavlink_pose {
     double velocity_mps[3];
     double depth_m;
     double altitude_m;   /* above the bottom */
-    double bound_mps[2]; /* level, and up or down: mavlink_thrusters_take */
+    double bound_mps[2]; /* level, and up or down: mavlink_thrusters_take ... */
+    double push_n[2];    /* ... and with it which way they push, forward and to the right */
 };
 
 struct mavlink_vehicle_conf {

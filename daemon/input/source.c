@@ -338,7 +338,7 @@ static void describe_device(const struct source *s, const struct conf_sonar *con
                               .frequency_hz = conf->frequency_hz,
                               .min_confidence = conf->min_confidence,
                               .request_response = conf->mode == CONF_MODE_REQUEST,
-                              .steered = conf->scan == CONF_SCAN_ACTIVE,
+                              .steered = s->env.steered >> s->index & 1,
                               .circle_s = conf->circle_s,
                               .listen_only = s->env.replay,
                               .node = conf->node,
@@ -405,11 +405,11 @@ static bool set_device(struct source *s, const struct conf_sonar *conf, const st
     return true;
 }
 
-void source_steer(struct source *s, double from_rad, double to_rad)
+void source_steer(struct source *s, double from_rad, double to_rad, bool only)
 {
     if (s->mirrored)
         mirror_arc(&from_rad, &to_rad);
-    s->ops->steer(s->device, from_rad, to_rad);
+    s->ops->steer(s->device, from_rad, to_rad, only);
 }
 
 struct device_delay source_delay(const struct conf_sonar *conf, const struct device_ops *ops)

@@ -32,6 +32,7 @@ struct source_env {
     const struct pose_log *poses;
     struct record *record; /* NULL: nothing is recorded */
     bool replay;           /* no port; never ask, never time out */
+    uint64_t steered;      /* sonars that source_steer will tell where to look */
     uint64_t no_line;      /* sonars whose bytes did not come over their port's line, whatever its baud rate */
     /* when the ping was transmitted: ping->t_ns, or what somebody knows better */
     uint64_t (*ping_time)(void *ctx, const struct source *source, const struct ping *ping);
@@ -64,8 +65,8 @@ struct device_delay source_delay(const struct conf_sonar *conf, const struct dev
 bool source_check(const struct conf_sonar *conf, const struct conf_water *water, struct fault *fault);
 
 void source_start(struct source *s); /* first try to open */
-/** source_steer - look there more often (azimuths as in device_ops.steer); for sonars set to scan = active. */
-void source_steer(struct source *s, double from_rad, double to_rad);
+/** source_steer - look there more often, or there alone (as device_ops.steer); for sonars that are steered. */
+void source_steer(struct source *s, double from_rad, double to_rad, bool only);
 
 /** source_feed - replay: bytes as they were read, and when they had come. */
 void source_feed(struct source *s, const uint8_t *bytes, size_t n, const struct record_time *came);

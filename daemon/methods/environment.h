@@ -17,6 +17,7 @@
 #include "daemon/input/pose_doubt.h"
 #include "daemon/input/velocity_doubt.h"
 #include "daemon/input/pose_log.h"
+#include "daemon/input/push.h"
 #include "daemon/input/source.h"
 #include "daemon/map/map_service.h"
 #include "daemon/map/saver.h"
@@ -38,6 +39,7 @@ struct methods_env {
     struct source *source[CONF_MAX_SONARS];
     struct mount mount[CONF_MAX_SONARS];
     struct pose_log poses;
+    struct push push;
     struct pose_doubt pose_doubt;
     struct velocity_doubt velocity_doubt;
     struct aux_sensors aux;

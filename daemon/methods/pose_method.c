@@ -136,6 +136,16 @@ static bool take_bound(struct methods_env *d, const json_t *params, uint64_t t_n
     return !given || pose_log_bound(&d->poses, t_ns, mps);
 }
 
+/* It guides where heads look, and is no part of the pose. */
+static bool take_push(struct methods_env *d, const json_t *params, uint64_t t_ns)
+{
+    double n[2];
+    const bool given = params_numbers(params, "push_n", n);
+    if (given)
+        push_put(&d->push, t_ns, n);
+    return given;
+}
+
 /* A pose of a client or of a capture; sender: constant text. */
 static bool pose_take(struct methods_env *d, const char *sender, json_t *params, struct rpc_error *error)
 {
@@ -149,11 +159,12 @@ static bool pose_take(struct methods_env *d, const char *sender, json_t *params,
     pose_place(params, &p);
     p.t_ns = pose_log_dated(&d->poses, given_ns);
     const bool bound = params_has(params, "speed_bound_mps") || params_has(params, "no_speed_bound");
-    if (!p.has && !bound)
+    const bool pushed = take_push(d, params, p.t_ns);
+    if (!p.has && !bound && !pushed)
         return rpc_refuse(
             error, RPC_INVALID_PARAMS,
-            "empty pose: want attitude_deg, quaternion, position_m, depth_m, velocity_mps, altitude_m or "
-            "speed_bound_mps");
+            "empty pose: want attitude_deg, quaternion, position_m, depth_m, velocity_mps, altitude_m, "
+            "speed_bound_mps or push_n");
     if (bound && !take_bound(d, params, p.t_ns) && !p.has)
         return rpc_refuse(error, RPC_INVALID_PARAMS, "t_unix is not after that of the last speed_bound_mps");
     if (!p.has) {

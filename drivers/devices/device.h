@@ -138,9 +138,9 @@ struct device_ops {
     /* The frames that it wants of a CAN bus, one record of can_frame.h per feed. NULL: it takes a stream of bytes. */
     struct can_match (*can_match)(const void *state);
     /* Pass over these azimuths (sensor frame, clockwise from - to, less than a turn) more often than over the rest, all
-     * of which stays covered in twice as many pings or within circle_s; equal: no longer.
-     * NULL: it cannot be steered. */
-    void (*steer)(void *state, double from_rad, double to_rad);
+     * of which stays covered in twice as many pings or within circle_s; equal: no longer. only: pass over nothing else,
+     * to and fro; each pass is a turn then. NULL: it cannot be steered. */
+    void (*steer)(void *state, double from_rad, double to_rad, bool only);
 };
 
 /* Every device there is: a new one is a new .c and its name here. */

@@ -235,6 +235,12 @@ static const struct poller_step steps[N_STEPS] = {
 
 /* ---- what comes ---- */
 
+/* It is steered, and jumps: a turn is when it has been everywhere. */
+static bool goes_around(const struct micron *d)
+{
+    return d->conf.steered && !(d->scan.only && d->scan.pass);
+}
+
 /* Follows the head; notes a new sweep, and what is missing of those that we did not ask for ourselves. */
 static void follow_head(struct micron *d, const struct micron_data_head *h)
 {
@@ -247,11 +253,13 @@ static void follow_head(struct micron *d, const struct micron_data_head *h)
         if (poller_listening(&d->poller) && !reversed && made > 1)
             d->poller.status.lost_frames += made - 1;
         d->travel = reversed ? turned : d->travel + turned;
-        if (!d->conf.steered && (reversed || d->travel >= MICRON_TURN || d->travel <= -MICRON_TURN))
+        if (!goes_around(d) && (reversed || d->travel >= MICRON_TURN || d->travel <= -MICRON_TURN))
             d->new_turn = true;
         d->travel %= MICRON_TURN;
     }
-    if (d->conf.steered && steer_seen_add(&d->seen, h->bearing % MICRON_TURN, d->set.step, MICRON_TURN))
+    if (!goes_around(d))
+        d->seen = (struct steer_seen){0};
+    else if (steer_seen_add(&d->seen, h->bearing % MICRON_TURN, d->set.step, MICRON_TURN))
         d->new_turn = true;
     d->bearing = h->bearing;
 }
@@ -491,10 +499,10 @@ static void micron_tick(void *state, uint64_t now_ns, const struct device_io *io
     poller_tick(&d->poller, now_ns, io);
 }
 
-static void micron_steer(void *state, double from_rad, double to_rad)
+static void micron_steer(void *state, double from_rad, double to_rad, bool only)
 {
     struct micron *d = state;
-    micron_scan_steer(&d->scan, from_rad, to_rad);
+    micron_scan_steer(&d->scan, from_rad, to_rad, only);
 }
 
 static void micron_status(const void *state, struct device_status *out)

@@ -11,11 +11,12 @@ void micron_scan_init(struct micron_scan *scan, unsigned step, uint64_t circle_n
     *scan = (struct micron_scan){.steer = {.circle_ns = circle_ns}, .step = step};
 }
 
-void micron_scan_steer(struct micron_scan *scan, double from_rad, double to_rad)
+void micron_scan_steer(struct micron_scan *scan, double from_rad, double to_rad, bool only)
 {
     const double units = MICRON_TURN / GEO_TURN;
     const unsigned span = (unsigned)lround(geo_wrap(to_rad - from_rad) * units) % MICRON_TURN;
     const unsigned from = ((unsigned)lround(geo_wrap(from_rad) * units) + MICRON_AHEAD) % MICRON_TURN;
+    scan->only = only;
     scan->steer_first = from - from % scan->step;
     scan->steer_n = span ? span / scan->step + 1 : 0;
 }
@@ -71,10 +72,10 @@ bool micron_scan_ping(struct micron_scan *scan, unsigned bearing, uint64_t now_n
     if (!scan->pass)
         go_on(scan, now_ns);
     /* a stretch that begins within the limits is run through twice */
-    const bool turn =
-        !scan->pass && scan->steer_n &&
-        steer_has_time(&scan->steer, scan->plain, 2 * scan->steer_n, MICRON_TURN / scan->step, now_ns);
-    begin_stretch(scan, turn);
+    const bool pass = scan->steer_n &&
+                      (scan->only || (!scan->pass && steer_has_time(&scan->steer, scan->plain, 2 * scan->steer_n,
+                                                                    MICRON_TURN / scan->step, now_ns)));
+    begin_stretch(scan, pass);
     return true;
 }
 

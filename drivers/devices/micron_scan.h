@@ -15,7 +15,7 @@ struct micron_scan {
     unsigned steer_first, steer_n; /* bearings of a pass, a step apart; 0: it is not steered */
     unsigned at, done;             /* where the plain scan goes on; units of the circle it has done */
     unsigned left, n;              /* present stretch; n = 0: round and round */
-    bool pass, saw_left, saw_right;
+    bool pass, only, saw_left, saw_right;
     unsigned pings; /* of the stretch */
     unsigned plain; /* bearings of the plain scan since the last pass */
 };
@@ -23,8 +23,9 @@ struct micron_scan {
 /** micron_scan_init - step in [1, 255] units; circle_ns as in steer.h. */
 void micron_scan_init(struct micron_scan *scan, unsigned step, uint64_t circle_ns);
 
-/** micron_scan_steer - pass over the azimuths from `from_rad` clockwise to `to_rad`; equal: no longer. */
-void micron_scan_steer(struct micron_scan *scan, double from_rad, double to_rad);
+/** micron_scan_steer - pass over the azimuths from `from_rad` clockwise to `to_rad`; equal: no longer. only: over
+ * nothing else, pass after pass. */
+void micron_scan_steer(struct micron_scan *scan, double from_rad, double to_rad, bool only);
 
 /** micron_scan_ping - a ping from a bearing. True: another stretch begins, micron_scan_limits says which. */
 bool micron_scan_ping(struct micron_scan *scan, unsigned bearing, uint64_t now_ns);

@@ -356,8 +356,11 @@ static void on_data(struct ping360 *d, const struct ping_frame *frame, uint64_t 
     if (at(d, REQUEST) && data.set.angle == d->track.head && data.set.angle != d->set.angle)
         contest_late(&d->contest);
     const bool turned = ping360_track_follow(&d->track, &data, &missing);
-    if (d->conf.steered ? steer_seen_add(&d->seen, data.set.angle, d->scan.step, PING360_TURN) : turned)
-        d->new_turn = true;
+    if (d->conf.steered && ping360_scan_is_alone(&d->scan)) /* and it begins anew when it goes round again */
+        d->seen = (struct steer_seen){0};
+    else if (d->conf.steered)
+        d->new_turn |= steer_seen_add(&d->seen, data.set.angle, d->scan.step, PING360_TURN);
+    d->new_turn |= turned && (!d->conf.steered || ping360_scan_is_alone(&d->scan));
     poller->status.lost_frames += missing;
     d->empty = data.n_data == 0;
     if (d->empty) /* the head only moved, or sent its settings; the ping is still to come */
@@ -460,10 +463,10 @@ static void ping360_opened(void *state, uint64_t now_ns, const struct device_io 
     ping_talk_opened(&d->talk, now_ns, io);
 }
 
-static void ping360_steer(void *state, double from_rad, double to_rad)
+static void ping360_steer(void *state, double from_rad, double to_rad, bool only)
 {
     struct ping360 *d = state;
-    ping360_scan_steer(&d->scan, from_rad, to_rad);
+    ping360_scan_steer(&d->scan, from_rad, to_rad, only);
 }
 
 static void ping360_stop(void *state, uint64_t now_ns, const struct device_io *io)

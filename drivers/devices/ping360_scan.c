@@ -85,8 +85,11 @@ void ping360_scan_advance(struct ping360_scan *scan, uint64_t now_ns)
     steer_ping(&scan->steer);
     if (scan->pass_left) {
         const int step = scan->pass_backward ? PING360_TURN - scan->step : scan->step;
-        scan->pass_angle = (uint16_t)((scan->pass_angle + step) % PING360_TURN);
+        const uint16_t was = scan->pass_angle;
+        scan->pass_angle = (uint16_t)((was + step) % PING360_TURN);
         scan->pass_left--;
+        if (!scan->pass_left && scan->only && scan->steer_n)
+            begin_pass(scan, was);
         return;
     }
     const uint16_t from = plain_angle(scan), was_at = scan->at;
@@ -94,16 +97,22 @@ void ping360_scan_advance(struct ping360_scan *scan, uint64_t now_ns)
     scan->plain++;
     if (!scan->positions && scan->at < was_at)
         steer_begin(&scan->steer, now_ns);
-    if (scan->steer_n &&
-        steer_has_time(&scan->steer, scan->plain, scan->steer_n, (unsigned)PING360_TURN / scan->step, now_ns))
+    if (scan->steer_n && (scan->only || steer_has_time(&scan->steer, scan->plain, scan->steer_n,
+                                                       (unsigned)PING360_TURN / scan->step, now_ns)))
         begin_pass(scan, from);
 }
 
-void ping360_scan_steer(struct ping360_scan *scan, double from_rad, double to_rad)
+bool ping360_scan_is_alone(const struct ping360_scan *scan)
+{
+    return scan->only && scan->pass_left;
+}
+
+void ping360_scan_steer(struct ping360_scan *scan, double from_rad, double to_rad, bool only)
 {
     const long span = gradians(geo_wrap(to_rad - from_rad));
     if (scan->positions)
         return;
+    scan->only = only;
     scan->steer_first = angle_of(from_rad);
     scan->steer_n = (uint16_t)(span > 0 && span < PING360_TURN ? span / scan->step + 1 : 0);
 }

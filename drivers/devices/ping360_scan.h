@@ -28,6 +28,7 @@ struct ping360_scan {
     uint16_t pass_left;   /* angles of the present pass; 0: the plain scan goes on */
     uint16_t pass_angle;  /* whose turn it is in the pass */
     bool pass_backward;   /* it began at the end, which was nearer */
+    bool only;            /* pass after pass, and nothing of the plain scan */
     uint16_t plain;       /* angles of the plain scan since the last pass */
     struct steer steer;   /* circle_ns may be set after ping360_scan_init */
     bool by_itself;       /* the head can do this scan without being asked for every ping ... */
@@ -51,9 +52,13 @@ void ping360_scan_advance(struct ping360_scan *scan, uint64_t now_ns);
  * ping360_scan_steer - in a full circle: pass over the azimuths from `from_rad` clockwise to `to_rad` (less than a
  * turn) after every so many angles of the plain scan as a pass has. That goes on where it was, so that all of the
  * circle is covered in twice as many pings, or sooner where steer.circle_ns says so. Equal: the plain scan alone. A
- * pass that has started is finished as it is.
+ * pass that has started is finished as it is. only: the plain scan waits where it is, and passes follow each other to
+ * and fro; the next begins at the nearer end.
  */
-void ping360_scan_steer(struct ping360_scan *scan, double from_rad, double to_rad);
+void ping360_scan_steer(struct ping360_scan *scan, double from_rad, double to_rad, bool only);
+
+/** ping360_scan_is_alone - it is in one of the passes that follow each other. */
+bool ping360_scan_is_alone(const struct ping360_scan *scan);
 
 /** ping360_angle_to - the shorter way between two angles, -200 < way <= 200 gradians, clockwise positive. */
 int ping360_angle_to(uint16_t from, uint16_t to);

@@ -171,10 +171,10 @@ static void start(enum way way)
 
 static void steer(void)
 {
-    double from = 0, to = 0;
-    active_sensing_sector(sphere_picture(rig.sphere), rig.now_ns, 30,
-                          &(struct active_sensing_head){&rig.pose, &rig.mount, &rig.features}, &from, &to);
-    device_ping360.steer(rig.device, from, to);
+    struct active_sensing_look look = {0};
+    const struct active_sensing_head head = {.pose = &rig.pose, .mount = &rig.mount, .features = &rig.features};
+    active_sensing_sector(sphere_picture(rig.sphere), rig.now_ns, 30, &head, &look);
+    device_ping360.steer(rig.device, look.from_rad, look.to_rad, look.only);
 }
 
 /* On to the next thing that happens, at most to t_ns. */

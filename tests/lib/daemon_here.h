@@ -40,6 +40,7 @@ struct daemon_here {
     char no_bound[16]; /* why there is none, as told last */
     int bounds;        /* of its speed; the last one: */
     double bound_mps;
+    int pushes; /* told with them */
     bool wet, replay;
     int status_watch; /* what the client counts as its watch of status */
 };
@@ -95,6 +96,7 @@ static int agree(struct daemon_here *d)
         } else if (bound) {
             d->bounds++;
             d->bound_mps = json_number_value(json_array_get(bound, 0));
+            d->pushes += json_array_size(json_object_get(params, "push_n")) == 2;
         } else if (pose) {
             poses++;
             const json_t *x = json_array_get(json_object_get(params, "quaternion"), 1);

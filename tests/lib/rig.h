@@ -28,6 +28,7 @@
 #include "daemon/record/clock_note.h"
 #include "daemon/request_job.h"
 #include "daemon/replay.h"
+#include "daemon/steering.h"
 #include "daemon/wiring.h"
 #include "tests/sim/lib/sim.h"
 
@@ -42,6 +43,7 @@
 struct rig {
     struct methods_env d;
     struct worker *worker;
+    struct steering steering;
     struct request_jobs jobs;
     struct sim sim;
     bool unplugged;
@@ -337,6 +339,7 @@ static void rig_make_parts(void)
                                    .poses = &d->poses,
                                    .record = d->record,
                                    .replay = d->replay,
+                                   .steered = d->plan.steered,
                                    .ping_time = rig_ping_time,
                                    .on_ping = rig_on_ping,
                                    .ctx = d};
@@ -393,6 +396,13 @@ static void rig_start(const char *scene, const char *conf)
     rig_make_parts();
     rig_serve();
     source_start(rig.d.source[0]);
+    steering_start(&rig.steering, &(struct steering_env){.loop = rig.d.loop,
+                                                         .pipeline = rig.d.pipeline,
+                                                         .plan = &rig.d.plan,
+                                                         .poses = &rig.d.poses,
+                                                         .push = &rig.d.push,
+                                                         .mount = rig.d.mount,
+                                                         .source = rig.d.source});
     rig_must(aux_sensors_start(&rig.d.aux, &fault), "auxiliary sensors", &fault);
 }
 

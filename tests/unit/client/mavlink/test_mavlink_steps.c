@@ -379,6 +379,7 @@ TEST(what_the_thrusters_do_bounds_the_speed)
     seconds(40);
     const int bounds = f.daemon.bounds;
     CHECK(bounds > 300 && f.daemon.bound_mps < 0.2);
+    CHECK_INT(f.daemon.pushes, bounds);
     f.pulse_us = 1600; /* all motors of one side */
     seconds(10);
     CHECK(f.daemon.bound_mps > 0.3);

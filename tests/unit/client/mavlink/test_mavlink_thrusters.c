@@ -65,6 +65,27 @@ static double run(const int us[8], uint64_t *ms, uint64_t for_ms)
     return last;
 }
 
+/* All four level thrusters of a vectored frame push ahead by the same pulse, two of them turned the other way. */
+TEST(which_way_they_push_is_told)
+{
+    static const struct {
+        int us[8];
+        double ahead_n, right_n; /* of what four push at 45 degrees */
+    } row[] = {{{1400, 1400, 1600, 1600, 1500, 1500, 1500, 1500}, 1, 0},
+               {{1600, 1600, 1400, 1400, 1500, 1500, 1500, 1500}, -1, 0},
+               {{1600, 1400, 1600, 1400, 1500, 1500, 1500, 1500}, 0, 1},
+               {{1600, 1400, 1400, 1600, 1500, 1500, 1500, 1500}, 0, 0}, /* turns */
+               {{1500, 1500, 1500, 1500, 1600, 1600, 1500, 1500}, 0, 0}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        uint64_t ms = 1000;
+        begin();
+        answer(NULL);
+        CHECK(run(row[i].us, &ms, 1000) > 0);
+        CHECK_NEAR(t.push_n[0] / 16.2, row[i].ahead_n, 0, 0.05);
+        CHECK_NEAR(t.push_n[1] / 16.2, row[i].right_n, 0, 0.05);
+    }
+}
+
 TEST(without_parameters_there_is_none)
 {
     uint64_t ms = 1000;
@@ -220,6 +241,7 @@ TEST(messages_that_are_lost_and_late)
 int main(void)
 {
     seed = test_seed();
+    RUN(which_way_they_push_is_told);
     RUN(without_parameters_there_is_none);
     RUN(a_climb_that_is_known_says_more);
     RUN(what_cannot_be_known_is_no_bound);

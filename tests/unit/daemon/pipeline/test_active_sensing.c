@@ -69,7 +69,7 @@ TEST(a_sector_that_is_attended_is_every_second_angle_and_all_others_come)
     struct steer_seen seen = {0};
     int count[PING360_TURN] = {0}, turns = 0;
     ping360_scan_init(&scan, 0, GEO_TURN, geo_rad(0.9));
-    ping360_scan_steer(&scan, geo_rad(342), geo_rad(18));
+    ping360_scan_steer(&scan, geo_rad(342), geo_rad(18), false);
     for (int i = 0; i < 820; i++) { /* two passes more than the circle twice */
         const uint16_t angle = ping360_scan_angle(&scan);
         turns += steer_seen_add(&seen, angle, 1, PING360_TURN);
@@ -95,7 +95,7 @@ TEST(a_turn_is_all_of_the_circle)
         bool pinged[PING360_TURN] = {false};
         int gap = 0, longest = 0, pings = 0;
         ping360_scan_init(&scan, 0, GEO_TURN, geo_rad(0.9 * steps[s]));
-        ping360_scan_steer(&scan, geo_rad(342.9), geo_rad(18));
+        ping360_scan_steer(&scan, geo_rad(342.9), geo_rad(18), false);
         while (!steer_seen_add(&seen, ping360_scan_angle(&scan), steps[s], PING360_TURN) && pings < 1000) {
             pinged[ping360_scan_angle(&scan)] = true;
             ping360_scan_advance(&scan, 0);
@@ -124,7 +124,7 @@ TEST(the_sector_is_asked_for_in_the_frame_of_the_mounted_head)
         {"hung upside down", 0, 180, 0, 0, 240},   {"upside down, to port", 0, 180, 0, -90, 150},
     };
     for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
-        double from, to;
+        struct active_sensing_look look = {.only = true};
         start(ACTIVE);
         rig.pose.velocity_mps[0] = 0;
         for (int az = 0; az < 360; az += 2) {
@@ -144,13 +144,82 @@ TEST(the_sector_is_asked_for_in_the_frame_of_the_mounted_head)
         quat_from_rpy(0, 0, geo_rad(row[i].yaw_deg), rig.pose.attitude);
         quat_from_rpy(geo_rad(row[i].roll_deg), geo_rad(row[i].pitch_deg), geo_rad(row[i].mount_yaw_deg),
                       rig.mount.attitude);
-        CHECK(active_sensing_sector(sphere_picture(rig.sphere), rig.now_ns, 30,
-                                    &(struct active_sensing_head){&rig.pose, &rig.mount, NULL}, &from, &to));
-        CHECK_NEAR(geo_wrap_pi(from + geo_rad(20) - geo_rad(row[i].want_deg)), 0, 0, geo_rad(6));
-        CHECK_NEAR(geo_wrap(to - from), geo_rad(40), 1e-9, 0);
+        const struct active_sensing_head head = {.pose = &rig.pose, .mount = &rig.mount};
+        CHECK(active_sensing_sector(sphere_picture(rig.sphere), rig.now_ns, 30, &head, &look));
+        CHECK(!look.only);
+        CHECK_NEAR(geo_wrap_pi(look.from_rad + geo_rad(20) - geo_rad(row[i].want_deg)), 0, 0, geo_rad(6));
+        CHECK_NEAR(geo_wrap(look.to_rad - look.from_rad), geo_rad(40), 1e-9, 0);
         if (test_case_failed)
-            printf("(%s: %.0f to %.0f)\n", row[i].name, geo_deg(from), geo_deg(to));
+            printf("(%s: %.0f to %.0f)\n", row[i].name, geo_deg(look.from_rad), geo_deg(look.to_rad));
     }
+}
+
+/* Its heading does not matter, nor whether anybody knows it: the push is in its own axes, as the head is. */
+TEST(a_vehicle_that_drifts_looks_where_it_is_pushed_and_nowhere_else)
+{
+    static const struct {
+        double push[3], mount_yaw_deg, roll_deg, want_deg;
+    } row[] = {{{5, 0, 0}, 0, 0, 0}, {{0, 5, 0}, 0, 0, 90}, {{-5, 0, 0}, 90, 0, 90}, {{0, 5, 0}, 0, 180, 270}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct active_sensing_look look = {0};
+        struct active_sensing_head head = {.pose = &rig.pose, .mount = &rig.mount};
+        start(ACTIVE);
+        rig.pose.has = i % 2 ? POSE_ATTITUDE : 0;
+        quat_from_rpy(0, 0, geo_rad(70), rig.pose.attitude);
+        quat_from_rpy(geo_rad(row[i].roll_deg), 0, geo_rad(row[i].mount_yaw_deg), rig.mount.attitude);
+        head.push = row[i].push;
+        CHECK(!active_sensing_sector(sphere_picture(rig.sphere), rig.now_ns, 30, &head, &look));
+        rig.pose.drift_mps = 0.5;
+        CHECK(active_sensing_sector(sphere_picture(rig.sphere), rig.now_ns, 30, &head, &look));
+        CHECK(look.only);
+        CHECK_NEAR(geo_wrap_pi(look.from_rad + geo_rad(60) - geo_rad(row[i].want_deg)), 0, 0, 1e-6);
+        CHECK_NEAR(geo_wrap(look.to_rad - look.from_rad), geo_rad(120), 1e-9, 0);
+        head.push = NULL;
+        CHECK(!active_sensing_sector(sphere_picture(rig.sphere), rig.now_ns, 30, &head, &look));
+    }
+}
+
+/* To and fro, its ends twice; then on with the circle, from where it was left. */
+TEST(one_sector_alone_is_every_angle)
+{
+    struct ping360_scan scan;
+    int count[PING360_TURN] = {0}, n = 0;
+    ping360_scan_init(&scan, 0, GEO_TURN, geo_rad(1.8));
+    for (int i = 0; i < 7; i++)
+        ping360_scan_advance(&scan, 0);
+    ping360_scan_steer(&scan, geo_rad(-54), geo_rad(54), true);
+    ping360_scan_advance(&scan, 0);
+    for (int i = 0; i < 5 * 61; i++, n++) {
+        CHECK(ping360_scan_is_alone(&scan));
+        count[ping360_scan_angle(&scan)]++;
+        ping360_scan_advance(&scan, 0);
+    }
+    for (int a = 140; a <= 260; a += 2)
+        CHECK_INT(count[a], 5);
+    ping360_scan_steer(&scan, 0, 0, false);
+    for (int i = 0; i < 61; i++)
+        ping360_scan_advance(&scan, 0);
+    CHECK(!ping360_scan_is_alone(&scan));
+    CHECK_INT(ping360_scan_angle(&scan), 200 + 2 * 8);
+}
+
+/* Each pass is a turn, as of a head with a sector; and a circle that was left begins anew. */
+TEST(turns_are_passes_while_a_head_looks_at_one_sector_alone)
+{
+    start(ACTIVE);
+    run_until(rig.now_ns + 150 * SECOND, false, NULL, 0);
+    const int circles = rig.turns;
+    CHECK(circles >= 1);
+    device_ping360.steer(rig.device, geo_rad(-54), geo_rad(54), true);
+    const int pings = rig.pings;
+    run_until(rig.now_ns + 60 * SECOND, false, NULL, 0);
+    CHECK_NEAR((rig.pings - pings) / 121.0, rig.turns - circles, 0, 2);
+    device_ping360.steer(rig.device, 0, 0, false);
+    run_until(rig.now_ns + 5 * SECOND, false, NULL, 0);
+    const int turns = rig.turns, since = rig.pings;
+    while (rig.turns == turns && rig.pings < since + 800)
+        run_until(rig.now_ns + SECOND, false, NULL, 0);
+    CHECK(rig.pings - since > 300);
 }
 
 TEST(a_sector_is_not_steered)
@@ -170,6 +239,9 @@ int main(void)
     RUN(the_sector_is_asked_for_in_the_frame_of_the_mounted_head);
     RUN(a_sector_that_is_attended_is_every_second_angle_and_all_others_come);
     RUN(a_turn_is_all_of_the_circle);
+    RUN(a_vehicle_that_drifts_looks_where_it_is_pushed_and_nowhere_else);
+    RUN(one_sector_alone_is_every_angle);
+    RUN(turns_are_passes_while_a_head_looks_at_one_sector_alone);
     RUN(something_new_ahead_is_noticed_sooner_and_the_circle_is_kept);
     RUN(without_a_velocity_it_scans_plainly);
     free(rig.device);

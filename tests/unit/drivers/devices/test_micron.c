@@ -890,7 +890,7 @@ TEST(a_head_that_is_steered_is_not_taken_over)
     struct device_conf conf = usual_conf();
     conf.steered = true;
     rig_running(&conf);
-    device_micron.steer(rig.state, geo_rad(-20), geo_rad(20));
+    device_micron.steer(rig.state, geo_rad(-20), geo_rad(20), false);
     run_for(120 * SEC);
     CHECK(rig.commands > 10);
     CHECK_INT(status().taken_over + status().restarts, 0);

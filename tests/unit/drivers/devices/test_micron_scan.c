@@ -73,7 +73,7 @@ TEST(half_goes_ahead_and_all_of_the_circle_is_seen_wherever_it_begins)
     uint64_t seed = test_seed();
     for (int round = 0; round < 200; round++) {
         start(0, (unsigned)(test_random(&seed) % ARCS) * STEP);
-        micron_scan_steer(&scan, geo_rad(-20), geo_rad(20));
+        micron_scan_steer(&scan, geo_rad(-20), geo_rad(20), false);
         pings(6 * ARCS);
         for (unsigned a = 0; a < ARCS; a++)
             CHECK(count[a] >= 1);
@@ -88,14 +88,14 @@ TEST(a_set_time_is_kept)
 {
     const uint64_t circle_ns = ARCS * PING_NS * 3 / 2;
     start(circle_ns, 0);
-    micron_scan_steer(&scan, geo_rad(-20), geo_rad(20));
+    micron_scan_steer(&scan, geo_rad(-20), geo_rad(20), false);
     pings(20 * ARCS);
     printf("# longest wait %.3f of the time set, %u pings ahead of %u\n", (double)longest_ns / (double)circle_ns,
            ahead(), 20 * ARCS);
     CHECK(longest_ns <= circle_ns);
     CHECK(2 * ahead() > 7 * ARCS); /* a plain scan gives a tenth of 20 turns: 2 */
     start(ARCS * PING_NS / 2, 0);  /* no time for it */
-    micron_scan_steer(&scan, geo_rad(-20), geo_rad(20));
+    micron_scan_steer(&scan, geo_rad(-20), geo_rad(20), false);
     pings(20 * ARCS);
     CHECK(2 * ahead() < 5 * ARCS);
 }
@@ -105,18 +105,35 @@ TEST(without_anything_to_attend_it_goes_round_and_round)
     start(0, 0);
     pings(ARCS);
     CHECK(!limited);
-    micron_scan_steer(&scan, geo_rad(-20), geo_rad(20));
+    micron_scan_steer(&scan, geo_rad(-20), geo_rad(20), false);
     pings(100);
     CHECK(limited);
-    micron_scan_steer(&scan, 0, 0);
+    micron_scan_steer(&scan, 0, 0, false);
     pings(200);
     CHECK(!limited);
+}
+
+TEST(one_sector_alone_is_looked_at_and_then_the_circle_again)
+{
+    start(0, 0);
+    pings(ARCS);
+    micron_scan_steer(&scan, geo_rad(-20), geo_rad(20), true);
+    pings(100);
+    memset(count, 0, sizeof count);
+    pings(460);
+    CHECK(ahead() > 400); /* 21 of 23 bearings, some more than once */
+    CHECK_INT(count[0], 0);
+    micron_scan_steer(&scan, 0, 0, false);
+    pings(2 * ARCS);
+    CHECK(!limited);
+    for (unsigned a = 0; a < ARCS; a++)
+        CHECK(count[a] >= 1);
 }
 
 TEST(a_head_that_never_comes_there_is_not_waited_for)
 {
     start(0, 0);
-    micron_scan_steer(&scan, geo_rad(-20), geo_rad(20));
+    micron_scan_steer(&scan, geo_rad(-20), geo_rad(20), false);
     unsigned stretches = 0;
     for (int i = 0; i < 1000; i++)
         stretches += micron_scan_ping(&scan, 0, now_ns += PING_NS);
@@ -128,6 +145,7 @@ int main(void)
     RUN(half_goes_ahead_and_all_of_the_circle_is_seen_wherever_it_begins);
     RUN(a_set_time_is_kept);
     RUN(without_anything_to_attend_it_goes_round_and_round);
+    RUN(one_sector_alone_is_looked_at_and_then_the_circle_again);
     RUN(a_head_that_never_comes_there_is_not_waited_for);
     return test_end();
 }
