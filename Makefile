@@ -161,7 +161,7 @@ unit_obj  = $(foreach u,$(UNIT_SRC),$(if $(filter $(1),$(notdir $(u:.c=))),$(BUI
 $(UNIT): $(BUILD)/tests/%: $$(call unit_obj,$$*) $(ALL_A) $(BUILD)/link.stamp
 	$(link)
 $(BUILD)/tests/test_template: private LDFLAGS += -Wl,--wrap=malloc,--wrap=calloc
-$(BUILD)/tests/test_query_context: private LDFLAGS += -Wl,--wrap=source_stats
+$(BUILD)/tests/test_query_context $(BUILD)/tests/test_drift_words: private LDFLAGS += -Wl,--wrap=source_stats
 $(BUILD)/tests/test_input_port: private LDFLAGS += -Wl,--wrap=port_find
 $(BUILD)/tests/test_depth: private LDFLAGS += -Wl,--wrap=loop_clock
 # It counts how often clients are compared with each other, and looked at.

@@ -13,6 +13,7 @@
 #include "core/fault.h"
 #include "daemon/methods/environment.h"
 #include "daemon/methods/answers_file.h"
+#include "daemon/methods/data_word.h"
 #include "daemon/methods/methods.h"
 #include "request_job.h"
 #include "daemon/input/aux_sensors.h"

@@ -35,13 +35,6 @@ static void show_blocked(const struct page *page, const json_t *result)
     page_target(page, result);
 }
 
-/* Behind a ring without any answer. */
-static const char *why_nothing(bool no_north)
-{
-    return no_north ? ": no attitude received, so north is unknown"
-                    : ": nothing is known yet; see `sonarctl status` for the sonar and the pose";
-}
-
 #define MANY 8 /* blocked sectors that may surprise somebody */
 
 static void show_sectors(const struct page *page, const json_t *result)
@@ -78,8 +71,11 @@ static void show_sectors(const struct page *page, const json_t *result)
                 free ? page_metres(c, page_number(sector, "free_to_m")) : "-",
                 page_duration(d, page_number(sector, "age_s")));
     }
-    fprintf(page->out, "%zu blocked, %zu clear, %zu unknown%s\n", total[0], total[1], total[2],
-            total[0] + total[1] == 0 ? why_nothing(north && no_pose) : "");
+    const char *nothing =
+        json_is_string(json_object_get(result, "nothing")) ? page_text(a, result, "nothing") : "";
+
+    fprintf(page->out, "%zu blocked, %zu clear, %zu unknown%s%s\n", total[0], total[1], total[2],
+            *nothing ? ": " : "", nothing);
     page_target(page, result);
     if (total[0] >= MANY && 4 * total[0] >= 3 * (total[0] + total[1] + total[2]))
         fprintf(page->out,
@@ -319,9 +315,7 @@ static void show_pose(const struct page *page, const json_t *pose)
         fprintf(page->out, "             %s; keep sending it, or stop using poses: `sonarctl pose --withdraw`\n",
                 page_text(a, pose, "missing"));
     if (drifts)
-        fprintf(page->out,
-                "             %s; send one of them; max_speed and station_keeping in [vehicle] bound it\n",
-                page_text(a, pose, "drift"));
+        fprintf(page->out, "             %s\n", page_text(a, pose, "drift"));
     if (json_string_length(json_object_get(pose, "doubt")) > 0)
         fprintf(page->out, "             %s\n", page_text(a, pose, "doubt"));
 }

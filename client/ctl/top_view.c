@@ -142,15 +142,17 @@ static void draw_warnings(struct panel *panel, const json_t *status)
     const json_t *record = json_object_get(status, "record"), *leak = json_object_get(status, "leak");
     const double dropped = number(json_object_get(status, "pipeline"), "dropped");
     const double lost = number(json_object_get(status, "grid"), "cells_lost");
-    const double pose_age_s = number(json_object_get(status, "pose"), "age_s");
+    const json_t *pose = json_object_get(status, "pose");
+    const double pose_age_s = number(pose, "age_s");
 
     if (strcmp(text(leak, "state"), "wet") == 0)
         warn(panel, "LEAK: the probe is wet");
     warn_of_sensors(panel, json_object_get(status, "sensors"));
     if (pose_age_s > POSE_OLD_S)
         warn(panel, "the pose is %.0f s old", pose_age_s);
-    if (json_string_length(json_object_get(json_object_get(status, "pose"), "drift")) > 0)
-        warn(panel, "poses have no position: clear water is soon unknown");
+    if (json_string_length(json_object_get(pose, "drift")) > 0 &&
+        strcmp(text(json_object_get(pose, "speed_bound"), "state"), "used") != 0)
+        warn(panel, "no position: sonarctl status says what to set");
     if (dropped > 0)
         warn(panel, "%.0f pings dropped: too slow", dropped);
     if (lost > 0)

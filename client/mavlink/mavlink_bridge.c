@@ -10,13 +10,15 @@
 
 #include "mavlink_alert.h"
 
-#define SECOND_NS         1000000000u
-#define POSE_LOST_S       2.0
-#define PING_LOST_NS      2000000000u
-#define START_NS          3000000000u  /* a sonar may take so long to its first ping */
-#define FIRST_NS          15000000000u /* until what was never there is said to be missing */
-#define LEAK_TOLD_NS      6000000000u  /* a leak counts so long, longer than two texts are apart: none is missed */
-#define PATIENCE_NS       6000000000u  /* until a vehicle without any heartbeat is called absent */
+#define SECOND_NS    1000000000u
+#define POSE_LOST_S  2.0
+#define PING_LOST_NS 2000000000u
+#define START_NS     3000000000u  /* a sonar may take so long to its first ping */
+#define FIRST_NS     15000000000u /* until what was never there is said to be missing */
+#define DRIFT_TOLD_NS                                                                                             \
+    30000000000u /* parameters of the autopilot, and half a minute of idle thrusters, take so long */
+#define LEAK_TOLD_NS      6000000000u /* a leak counts so long, longer than two texts are apart: none is missed */
+#define PATIENCE_NS       6000000000u /* until a vehicle without any heartbeat is called absent */
 #define ASK_EVERY_NS      10000000000u
 #define ATTITUDE_DUE      2000000000u /* asked for again when none came for so long */
 #define READS_PER_TURN    32          /* so that a flood does not keep the obstacles waiting */
@@ -36,6 +38,7 @@ enum alert {
     ALERT_BAROMETERS,
     ALERT_CLOCKS,
     ALERT_POSITION,
+    ALERT_DRIFT,
     ALERT_SENSOR,
     ALERT_HEARING = ALERT_SENSOR + MAVLINK_SENSORS_MAX,
     ALERTS = ALERT_HEARING + MAVLINK_SENSORS_MAX
@@ -60,6 +63,7 @@ struct mavlink_bridge {
     bool had_daemon, had_data, had_pose, had_ping[MAVLINK_SENSORS_MAX]; /* what was never there is not lost */
     enum mavlink_no_bound why, why_told; /* why there is no bound of the speed: now, and as said last */
     unsigned why_s;                      /* now has lasted so many seconds */
+    uint64_t bounded_ns;                 /* the daemon said last that its drift is bounded, or nothing about it */
     enum told link_told, daemon_told, vehicle_told, below_told;
 };
 
@@ -293,6 +297,18 @@ static void update_pose_alerts(struct mavlink_bridge *b, uint64_t now_ns)
                                    : "sonard: position not measured, not used");
 }
 
+/* What to set, in the daemon's words. */
+static void update_drift_alert(struct mavlink_bridge *b, bool alive, uint64_t now_ns)
+{
+    if (!alive || !b->feed.drift[0])
+        b->bounded_ns = now_ns;
+    const bool drifts = alive && now_ns >= b->bounded_ns + DRIFT_TOLD_NS;
+
+    if (alive)
+        mavlink_alert_set(&b->alert[ALERT_DRIFT], drifts, now_ns, "sonard: %s",
+                          drifts ? b->feed.drift : "drift bounded, or position known");
+}
+
 static void update_alerts(struct mavlink_bridge *b, uint64_t now_ns)
 {
     const struct mavlink_feed *feed = &b->feed;
@@ -326,6 +342,7 @@ static void update_alerts(struct mavlink_bridge *b, uint64_t now_ns)
                       : b->vehicle.barometers.named ? "sonard: barometers disagree: depth right?"
                                                     : "sonard: barometers disagree: no depth");
     update_pose_alerts(b, now_ns);
+    update_drift_alert(b, alive, now_ns);
     for (int i = 0; alive && i < feed->n_sensors; i++) {
         const struct mavlink_sensor *s = &feed->sensor[i];
         const bool had_ping = b->had_ping[i];
@@ -353,10 +370,11 @@ static void send_alerts(struct mavlink_bridge *b, uint64_t now_ns)
     struct mavlink_statustext m;
 
     for (int i = 0; b->link->fd >= 0 && i < ALERTS; i++) {
-        if (!mavlink_alert_due(&b->alert[i], now_ns, &m))
-            continue;
-        say("told the vehicle: %.50s", m.text);
-        send_message(b, MAVLINK_STATUSTEXT, &m, now_ns);
+        while (mavlink_alert_due(&b->alert[i], now_ns, &m)) {
+            if (m.chunk_seq == 0)
+                say("told the vehicle: %s", b->alert[i].text);
+            send_message(b, MAVLINK_STATUSTEXT, &m, now_ns);
+        }
     }
 }
 
@@ -594,6 +612,7 @@ struct mavlink_bridge *mavlink_bridge_new(const struct mavlink_bridge_conf *conf
                                  .sender = {.component_id = conf->component_id, .signing = conf->signing},
                                  .alert = {[ALERT_LEAK] = {.grave = true}},
                                  .start_ns = now_ns,
+                                 .bounded_ns = now_ns,
                                  .obstacles_due_ns = now_ns,
                                  .second_due_ns = now_ns,
                                  .ask_due_ns = now_ns};

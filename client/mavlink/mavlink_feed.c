@@ -33,6 +33,7 @@ static void forget_answers(struct mavlink_feed *feed)
     feed->replay = false;
     feed->n_sensors = 0;
     feed->posed = false;
+    feed->drift[0] = '\0';
     feed->below.t_ns = 0;
     feed->below_refused = (struct sonard_error){0};
     feed->level_ns = 0;
@@ -147,7 +148,9 @@ static void take_sensor(struct mavlink_sensor *sensor, const json_t *object, uin
 static void take_status(struct mavlink_feed *feed, const json_t *result, uint64_t now_ns)
 {
     const json_t *sensors = json_object_get(result, "sensors");
-    const json_t *pose_age = json_object_get(json_object_get(result, "pose"), "age_s");
+    const json_t *pose = json_object_get(result, "pose");
+    const char *drift = json_string_value(json_object_get(pose, "drift"));
+    const char *bound = json_string_value(json_object_get(json_object_get(pose, "speed_bound"), "state"));
     const json_t *leak = json_object_get(result, "leak");
     const char *mode = json_string_value(json_object_get(result, "mode"));
     const char *leak_state = json_string_value(json_object_get(leak, "state"));
@@ -160,6 +163,10 @@ static void take_status(struct mavlink_feed *feed, const json_t *result, uint64_
     feed->n_sensors = 0;
     for (size_t i = 0; i < json_array_size(sensors) && feed->n_sensors < MAVLINK_SENSORS_MAX; i++)
         take_sensor(&feed->sensor[feed->n_sensors++], json_array_get(sensors, i), said_ns);
+    const json_t *pose_age = json_object_get(pose, "age_s");
+    const bool bounded = bound && strcmp(bound, "used") == 0;
+
+    snprintf(feed->drift, sizeof feed->drift, "%s", drift && !bounded ? drift : "");
     feed->posed = json_is_number(pose_age);
     feed->pose_age_s = json_number_value(pose_age);
     feed->wet = leak_state && strcmp(leak_state, "wet") == 0;

@@ -52,6 +52,8 @@ struct mavlink_depth_below {
     double blind_m; /* nearer than this it hears nothing */
 };
 
+#define MAVLINK_DRIFT_TEXT 240
+
 struct mavlink_feed {
     struct mavlink_feed_conf conf;
     struct sonard_client *client; /* NULL: not connected */
@@ -71,9 +73,11 @@ struct mavlink_feed {
     int n_sensors;
     bool posed;        /* the daemon was given a pose at least once */
     double pose_age_s; /* when posed */
-    bool wet;          /* the leak probe says so */
-    json_int_t leaks;  /* times that it became wet, by the daemon's reports */
-    uint64_t leak_ns;  /* when that grew last; 0: never */
+    /* how far a vehicle without a position may drift, and what to set, while no bound of its speed counts; or empty */
+    char drift[MAVLINK_DRIFT_TEXT];
+    bool wet;         /* the leak probe says so */
+    json_int_t leaks; /* times that it became wet, by the daemon's reports */
+    uint64_t leak_ns; /* when that grew last; 0: never */
     struct mavlink_depth_below below;
     struct sonard_error below_refused;         /* why there is none: no such sonar; all zeros: not refused */
     int64_t no_bound_id;                       /* of the request that told why there is no bound; 0: answered */

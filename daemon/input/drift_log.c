@@ -111,6 +111,7 @@ bool drift_log_bound(struct drift_log *log, uint64_t t_ns, const double mps[DRIF
     if (t_ns <= log->t_bound_ns || t_ns <= newest(log)->t_ns)
         return false;
     log->t_bound_ns = t_ns;
+    memcpy(log->said_mps, mps, sizeof log->said_mps);
     if (!log->set.bounded)
         return true;
     for (int k = 0; k < DRIFT_WAYS; k++) {
@@ -132,6 +133,11 @@ double drift_log_uncertain_m(const struct drift_log *log, uint64_t t_ns)
         return 0;
     const double bounded_s = fmin(late_s, DRIFT_LOG_LATE_NS * 1e-9);
     return fmin(DRIFT_LOG_MPS2 * bounded_s / 2, fmax(log->set.mps - log->mps[DRIFT_LEVEL], 0)) * bounded_s;
+}
+
+bool drift_log_comes(const struct drift_log *log, uint64_t now_ns)
+{
+    return log->t_bound_ns && seconds(log->t_bound_ns, now_ns) <= DRIFT_LOG_COMES_S;
 }
 
 bool drift_log_in_use(const struct drift_log *log, uint64_t now_ns)

@@ -18,6 +18,7 @@
 
 #define DRIFT_LOG_BOUNDS  4096       /* 200 s of 20 a second; what is older drifted as the configuration says */
 #define DRIFT_LOG_LATE_NS 300000000u /* a bound covers no longer a time before it, or behind it */
+#define DRIFT_LOG_COMES_S 1.0        /* after the newest bound they count as coming still */
 #define DRIFT_LOG_MPS2    15.0       /* no such vehicle speeds up by more */
 
 enum { DRIFT_LEVEL, DRIFT_VERTICAL, DRIFT_WAYS };
@@ -45,7 +46,8 @@ struct drift_log {
     uint32_t first, n;
     bool goes_on; /* behind the newest as its bound says: */
     double mps[DRIFT_WAYS];
-    uint64_t t_bound_ns; /* of the newest bound; 0: none came since the poses were withdrawn */
+    uint64_t t_bound_ns;         /* of the newest bound; 0: none came since the poses were withdrawn */
+    double said_mps[DRIFT_WAYS]; /* by it, through the water, whether it is believed or not */
 };
 
 /** drift_log_set - from now_ns on; at first the vehicle keeps its place. */
@@ -66,6 +68,9 @@ void drift_log_at(const struct drift_log *log, uint64_t t_ns, double m[DRIFT_WAY
 
 /** drift_log_uncertain_m - how much farther it is by t_ns, at most, if it sped up since the newest bound. */
 double drift_log_uncertain_m(const struct drift_log *log, uint64_t t_ns);
+
+/** drift_log_comes - do bounds come, whether they are believed or not? */
+bool drift_log_comes(const struct drift_log *log, uint64_t now_ns);
 
 /** drift_log_in_use - does a bound hold at now_ns, and is it believed? */
 bool drift_log_in_use(const struct drift_log *log, uint64_t now_ns);

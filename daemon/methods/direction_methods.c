@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* The methods about directions: what a client may ask of the picture; sonard-protocol(7) has every shape. */
 #include "grid/answer/nearest.h"
+#include "drift_words.h"
 #include "grid_methods.h"
 #include "hidden.h"
 #include "methods.h"
@@ -95,6 +96,21 @@ static double sectors_reach_m(const struct methods_env *d, struct grid *grid, co
     return asked_m > 0 ? asked_m : frame.range_max_m;
 }
 
+/* Why not one of them is blocked or clear; null: one is. */
+static void write_nothing(struct json_out *out, const struct methods_env *d, struct grid *grid,
+                          const struct answer sector[], size_t count, bool ned)
+{
+    char text[QUERY_REASON_SIZE];
+    struct picture_frame frame;
+    for (size_t k = 0; k < count; k++)
+        if (sector[k].state != ANSWER_UNKNOWN) {
+            json_member_null(out, "nothing");
+            return;
+        }
+    picture_get_frame(grid_picture(grid), &frame);
+    json_member_text(out, "nothing", drift_why_nothing(d, &frame, ned, text));
+}
+
 /* An answer about sectors while it is written. */
 struct ring_answer {
     size_t count, written;
@@ -150,6 +166,7 @@ bool method_sectors(const struct rpc_call *call, json_t *params, struct json_out
     json_member_metres(out, "near_m", query_near_m(d));
     json_member_metres(out, "distance_m", reach_m);
     reference_write_target(out, d);
+    write_nothing(out, d, grid, sector, (size_t)count, ned);
     json_out_name(out, "sectors");
     json_out_open(out, '[');
     return count <= SECTORS_PER_PART ? write_sectors(call, out, error) : rpc_continue(call, write_sectors);

@@ -49,7 +49,4 @@ void direction_answer(const struct methods_env *d, struct json_out *out, const s
 /** pose_attitude - attitude_deg or quaternion, if one of them is given, into the pose; false with *error set. */
 bool pose_attitude(const json_t *params, struct pose *p, struct rpc_error *error);
 
-/** status_data_word - in a few words whether the answers rest on living sonars: what `status` says as `data`. */
-const char *status_data_word(const struct methods_env *d);
-
 #endif

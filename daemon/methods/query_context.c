@@ -122,48 +122,6 @@ const char *query_pose_missing(const struct methods_env *d, char text[QUERY_REAS
     return text;
 }
 
-/* By the words of no_speed_bound. */
-static const char *const no_bounds[] = {
-    "no bound of its speed comes",
-    "the autopilot does not say often enough what its thrusters do (SERVO_OUTPUT_RAW)",
-    "the autopilot does not answer for FRAME_CONFIG, MOT_n_DIRECTION and SERVOn_FUNCTION",
-    "FRAME_CONFIG is of a frame that sonard-mavlink does not know",
-    "not every motor of the frame has an output of its own (SERVOn_FUNCTION)",
-    "an output passes the pilot's sticks through (SERVOn_FUNCTION 51 to 56)",
-    "a thruster's pulse is not from 1100 to 1900 us",
-    "the autopilot's clock jumps"};
-
-const char *query_bound_doubt(const struct methods_env *d)
-{
-    const struct drift_log *unseen = &d->poses.unseen;
-    if (d->poses.no_bound)
-        return no_bounds[d->poses.no_bound];
-    if (!unseen->t_bound_ns || drift_log_in_use(unseen, loop_now(d->loop)))
-        return "";
-    if (unseen->set.bounded)
-        return no_bounds[0];
-    return d->conf.vehicle.keep_mps >= 0 || d->conf.vehicle.current_mps >= 0
-               ? "station_keeping in [vehicle] says what counts"
-               : "a bound of its speed comes, but how fast the water goes is not known; set current in [vehicle]";
-}
-
-const char *query_pose_drift(const struct methods_env *d, char text[QUERY_REASON_SIZE])
-{
-    const struct answer_now now = query_now(d);
-    const struct drift_log *unseen = &d->poses.unseen;
-    const bool bounded = drift_log_in_use(unseen, now.now_ns);
-    const char *doubt = query_bound_doubt(d);
-    text[0] = '\0';
-    if (now.pose.drift_mps > 0 && d->conf.vehicle.keep_mps < 0 && !pose_log_last_ns(&d->poses, POSE_POSITION) &&
-        !pose_log_last_ns(&d->poses, POSE_VELOCITY))
-        snprintf(text, QUERY_REASON_SIZE, "no position or velocity: assuming up to %.1f m/s of drift%s%s%s%s",
-                 bounded ? unseen->mps[DRIFT_LEVEL] : unseen->set.mps,
-                 now.pose.has & POSE_DEPTH ? "" : " in every direction",
-                 bounded ? ", by its thrusters and current" : ", so free space soon expires", doubt[0] ? "; " : "",
-                 doubt);
-    return text;
-}
-
 uint64_t query_unix_offset_ns(const struct methods_env *d)
 {
     struct timespec t;

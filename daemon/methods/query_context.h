@@ -47,17 +47,6 @@ double query_look_ahead_m(const struct methods_env *d);
  */
 const char *query_pose_missing(const struct methods_env *d, char text[QUERY_REASON_SIZE]);
 
-/**
- * query_pose_drift - that poses have no position and no velocity, and how fast the vehicle may therefore go unnoticed.
- * Empty while they have, while they come from a vehicle that station_keeping promises to stay, and where the sonar
- * counts as fixed. Returns text.
- */
-const char *query_pose_drift(const struct methods_env *d, char text[QUERY_REASON_SIZE]);
-
-/** query_bound_doubt - why no bound of the speed counts although a client sends, or sent, one; empty: one does, or
- * nobody ever did. */
-const char *query_bound_doubt(const struct methods_env *d);
-
 /** query_unix_offset_ns - Unix time less the loop's, as of now: the computer's clock may be set while sonard runs.
  * A replay's is Unix time. */
 uint64_t query_unix_offset_ns(const struct methods_env *d);

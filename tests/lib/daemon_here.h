@@ -42,6 +42,8 @@ struct daemon_here {
     double bound_mps;
     int pushes; /* told with them */
     bool wet, replay;
+    const char *drift; /* as status has it; NULL: none */
+    bool bounded;
     int status_watch; /* what the client counts as its watch of status */
 };
 
@@ -145,10 +147,12 @@ static inline void say_below(const struct daemon_here *d, double echo_m, double 
 static void say_status(const struct daemon_here *d, double ping_age_s, double at_s)
 {
     notify(d, d->status_watch,
-           json_pack("{s:f, s:s, s:[{s:s, s:s, s:f, s:o}], s:{s:n}, s:{s:s, s:I}}", "t_unix", T_UNIX + at_s,
-                     "mode", d->replay ? "replay, ended" : "live", "sensors", "name", "head", "state", "running",
-                     "range_m", 10.0, "last_ping_age_s", ping_age_s < 0 ? json_null() : json_real(ping_age_s),
-                     "pose", "age_s", "leak", "state", d->wet ? "wet" : "dry", "alarms", d->leaks));
+           json_pack("{s:f, s:s, s:[{s:s, s:s, s:f, s:o}], s:{s:n, s:s, s:{s:s}}, s:{s:s, s:I}}", "t_unix",
+                     T_UNIX + at_s, "mode", d->replay ? "replay, ended" : "live", "sensors", "name", "head",
+                     "state", "running", "range_m", 10.0, "last_ping_age_s",
+                     ping_age_s < 0 ? json_null() : json_real(ping_age_s), "pose", "age_s", "drift",
+                     d->drift ? d->drift : "", "speed_bound", "state", d->bounded ? "used" : "not used", "leak",
+                     "state", d->wet ? "wet" : "dry", "alarms", d->leaks));
 }
 
 #endif

@@ -149,9 +149,11 @@ def attitude_alone(bench):
     states = {s["state"] for s in client.call("sectors", distance_m=2)["sectors"]}
     check("clear" not in states, "clear: %s" % states)
     status = client.call("status")
-    check(status["pose"]["drift"].startswith("no position or velocity: assuming up to 3.0 m/s of drift in every direction"), str(status["pose"]))
+    check(status["pose"]["drift"].startswith("no position and no depth: "), str(status["pose"]))
     shown = bench.run(SONARCTL, "--socket", bench.socket_path, "status").stdout
-    check(status["pose"]["drift"] + "; send one of them; max_speed and station_keeping" in shown, shown)
+    check("\n             " + status["pose"]["drift"] + "\n" in shown, shown)
+    ring = bench.run(SONARCTL, "--socket", bench.socket_path, "sectors", "--distance", "6").stdout
+    check("0 clear, " in ring and (" unknown: " + status["pose"]["drift"] in ring or "0 blocked" not in ring), ring)
     check("\n             stale after 60 s (attitude)\n" in shown, shown)
 
 

@@ -318,7 +318,7 @@ function showHead() {
   curtain.hidden = good;
   curtain.textContent = view.back !== null ? "Nothing was received at that time." : !state.connected ? "No connection to sonard-web. Nothing is known. It is tried again by itself."
     : state.link && state.link.fault ? `The daemon does not answer: ${state.link.fault}. Nothing is known. It is tried again every second.`
-      : "Waiting for the daemon's answers. Nothing is known yet.";
+      : "Waiting for the daemon's first answers.";
 }
 
 function showWarnings() {
@@ -381,6 +381,7 @@ function showVehicle() {
     if (slice && slice.vehicle_m) list.push(["place", slice.vehicle_m.map((v) => v.toFixed(1)).join(", ") + " m NED"]);
     if (p.altitude_m !== null) list.push(["altitude", `${words.metres(p.altitude_m)} above the bottom`]);
     if (s.depth) list.push(["depth", `${words.metres(s.depth.depth_m)} (${s.depth.state})`]);
+    if (p.drift && p.speed_bound.state === "used") list.push(["drift", p.drift]);
     if (p.jumps) list.push(["pose jumps", String(p.jumps)]);
     if (s.leak) list.push(["leak probe", s.leak.state]);
     if (s.record) list.push(["recording", s.record.recording ? `${s.record.messages} messages` : "off"]);

@@ -27,8 +27,8 @@ export function direction(azimuth) {
 const REASONS = [
   ["never observed", "No beam has covered it yet: wait for a full revolution of the head, or check sector, mount and near in the configuration."],
   ["no obstacle detected", "The water is known to be free only up to there. Ask for less; the rule is no_echo in [extract]."],
+  ["water next to the vehicle", "The vehicle may have drifted since the last scan: the top of the page says what would make that less."],
   ["blind zone", "It lies within the transducer's ring-down. Ask for more, or set near in [vehicle]."],
-  ["the sonar is blind or", "The vehicle may have drifted since the last scan: send its position or velocity, or set station_keeping."],
   ["last scan of this direction", "The last scan is older than clear_for. Scan faster: a larger step or a smaller sector."],
   ["has moved since", "The vehicle has moved since: scan this direction again."],
   ["is offline", "The sonar that covers this direction sends no pings: see Sonars."],
@@ -112,6 +112,9 @@ export function echoes(rows, azimuth, half) {
   return [`Echoes of the newest beams there: ${told.join(", ")}${found.length > told.length ? `, and ${found.length - told.length} more` : ""}.`];
 }
 
+// "No position: ... ." of "no position: ...": what the daemon says, as a sentence by itself.
+const sentence = (text) => text.charAt(0).toUpperCase() + text.slice(1) + ".";
+
 // What a person should do something about: [{what, remedy, grave}].
 export function warnings(status, rates) {
   const list = [], add = (what, todo, grave) => list.push({ what, remedy: todo, grave: !!grave });
@@ -128,7 +131,7 @@ export function warnings(status, rates) {
   if (status.data !== "ok") add(status.data, "Answers use old data only.", true);
   const pose = status.pose.age_s;
   if (pose !== null && pose > 1) add(`The pose is ${seconds(pose)} old`, "Keep sending poses: directions are unknown while the last one is too old. Check sonard-mavlink, or the program that sends them.", true);
-  if (status.pose.drift) add(`Poses have ${status.pose.drift}`, "Send a position or a velocity with the poses, or set max_speed or station_keeping in [vehicle].");
+  if (status.pose.drift && status.pose.speed_bound.state !== "used") add(sentence(status.pose.drift), "");
   if (status.pose.doubt) add(`Poses: ${status.pose.doubt}`, "A DVL without bottom lock sends zeros: let its program leave the velocity out meanwhile.", true);
   if (rates.get("dropped") > 0) add("Pings are dropped: the computer is too slow", "Set [pipeline] threads, or find cheaper settings with sonard-tune.");
   if (status.grid.cells_lost > 0) add(`${status.grid.cells_lost} cells of the grid were lost`, "Raise max_cells in [grid].");

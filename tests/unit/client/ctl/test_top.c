@@ -240,7 +240,7 @@ TEST(a_frame_says_what_takes_clear_water_away)
 
     canvas_clear(&canvas, 80, 24);
     top_view_draw(&canvas, &frame);
-    CHECK(shows("! poses have no position"));
+    CHECK(shows("! no position"));
     CHECK(shows("! head: answers get lost"));
     json_decref(status);
 }

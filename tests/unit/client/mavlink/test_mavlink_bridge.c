@@ -666,11 +666,46 @@ TEST(texts_fit_and_are_plain)
     struct mavlink_alert alert = {0};
     struct mavlink_statustext m;
 
-    mavlink_alert_set(&alert, true, START, "%s",
-                      "\x1b[2J\xc3\xa4 123456789 123456789 123456789 123456789 123456789");
+    mavlink_alert_set(&alert, true, START, "%s", "\x1b[2J\xc3\xa4 123456789 123456789 123456789 123456789 12");
     CHECK(mavlink_alert_due(&alert, START + S, &m));
     CHECK_INT(m.text[49], 0);
     CHECK(strcmp(m.text, "?[2J?? 123456789 123456789 123456789 123456789 12") == 0);
+    CHECK(m.id == 0 && m.chunk_seq == 0);
+    CHECK(!mavlink_alert_due(&alert, START + S, &m));
+}
+
+/* A receiver joins the parts of one id, and knows the last by the room that it leaves. */
+TEST(long_texts_go_out_in_parts)
+{
+    struct mavlink_alert alert = {0};
+    struct mavlink_statustext m;
+    char text[300], whole[300] = "";
+
+    for (int length = 48; length < 300; length++) {
+        const uint64_t t_ns = START + (uint64_t)length * 20 * S;
+        const int parts = length < 50 ? 1 : (length < 255 ? length : 255) / 50 + 1;
+        uint16_t id = 0;
+
+        for (int i = 0; i < length; i++)
+            text[i] = (char)('a' + i % 26);
+        text[length] = '\0';
+        mavlink_alert_set(&alert, true, t_ns, "%s", text);
+        whole[0] = '\0';
+        for (int part = 0; part < parts; part++) {
+            CHECK(mavlink_alert_due(&alert, t_ns + S, &m));
+            CHECK_INT(m.chunk_seq, part);
+            CHECK(parts == 1 ? m.id == 0 : m.id != 0 && (part == 0 || m.id == id));
+            CHECK((m.text[49] == '\0') == (part == parts - 1));
+            id = m.id;
+            snprintf(whole + strlen(whole), sizeof whole - strlen(whole), "%.50s", m.text);
+        }
+        CHECK(!mavlink_alert_due(&alert, t_ns + S, &m));
+        text[255] = '\0';
+        CHECK_STR(whole, text);
+        mavlink_alert_set(&alert, false, t_ns + 8 * S, "well");
+        CHECK(mavlink_alert_due(&alert, t_ns + 10 * S, &m) && m.id == 0 &&
+              !mavlink_alert_due(&alert, t_ns + 10 * S, &m));
+    }
 }
 
 /* ---- the link's address ---- */
@@ -921,6 +956,7 @@ int main(void)
     RUN(what_lasts_is_told_and_told_off);
     RUN(flapping_is_told_every_five_seconds_at_most);
     RUN(texts_fit_and_are_plain);
+    RUN(long_texts_go_out_in_parts);
     RUN(addresses_of_links);
     RUN(udpin_answers_whom_it_is_told_to);
     RUN(a_serial_line_that_went_away_is_tried_again_after_a_second);

@@ -20,7 +20,7 @@ struct heard {
     uint16_t ahead_cm; /* of the last obstacles */
     uint16_t left_cm;  /* likewise, in the fifth sector from the end */
     double stamp_s;    /* likewise, after START */
-    char text[256];    /* of all texts */
+    char text[512];    /* of all texts, the parts of long ones joined */
     int below, points; /* messages of the water below, and of points */
     struct mavlink_distance_sensor last_below;
     struct mavlink_obstacle_distance_3d point[MAVLINK_SECTORS]; /* the first ones */
@@ -188,7 +188,8 @@ static bool hear(struct heard *h)
         struct mavlink_statustext m;
         mavlink_unpack(frame.message, frame.payload, &m);
         const size_t used = strlen(h->text);
-        snprintf(h->text + used, sizeof h->text - used, "%.50s;", m.text);
+        const bool goes_on = m.id != 0 && m.text[sizeof m.text - 1];
+        snprintf(h->text + used, sizeof h->text - used, "%.50s%s", m.text, goes_on ? "" : ";");
     } else if (frame.message->id == MAVLINK_DISTANCE_SENSOR) {
         mavlink_unpack(frame.message, frame.payload, &h->last_below);
         h->below++;
@@ -392,6 +393,26 @@ TEST(what_the_thrusters_do_bounds_the_speed)
     f.frame_config = 9; /* it is asked for again now and then */
     seconds(40);
     CHECK_STR(f.daemon.no_bound, "frame");
+    end();
+}
+
+/* In the daemon's words, once it has lasted, and not while a bound of the speed counts. */
+TEST(the_pilot_is_told_what_to_set)
+{
+    static const char drift[] =
+        "no position: 18.0 m of drift allowed for in a scan of 12 s; set `current` in [vehicle]: with ...";
+
+    begin_flight();
+    f.daemon.drift = drift;
+    f.daemon.bounded = true;
+    CHECK_STR(seconds(60).text, "");
+    f.daemon.bounded = false;
+    CHECK_STR(seconds(25).text, "");
+    const struct heard h = seconds(20);
+    CHECK(strncmp(h.text, "sonard: ", 8) == 0 && strncmp(h.text + 8, drift, strlen(drift)) == 0);
+    CHECK_STR(h.text + 8 + strlen(drift), ";");
+    f.daemon.bounded = true;
+    CHECK_STR(seconds(20).text, "sonard: drift bounded, or position known;");
     end();
 }
 
@@ -628,6 +649,7 @@ int main(void)
     RUN(what_is_late_at_the_start_is_no_fault);
     RUN(poses_have_the_time_of_their_measurement);
     RUN(what_the_thrusters_do_bounds_the_speed);
+    RUN(the_pilot_is_told_what_to_set);
     RUN(a_stranger_is_not_believed_beside_the_autopilot);
     RUN(a_peer_that_is_silent_is_replaced);
     RUN(nor_do_poses_lose_it_when_the_bridge_is_held_up);

@@ -146,45 +146,6 @@ TEST(settings_that_do_not_fit_are_in_the_status)
     rig_end();
 }
 
-/* A pose with these parts came just now. */
-static void check_drift(double keep_mps, double max_mps, unsigned has, const char *want)
-{
-    struct pose_drift drift;
-    struct pose pose = pose_identity;
-    if (!begin()) {
-        CHECK(false);
-        return;
-    }
-    d.conf.vehicle.keep_mps = keep_mps;
-    d.conf.vehicle.max_speed_mps = max_mps;
-    wiring_drift(&d.conf, &drift);
-    pose_log_set_drift(&d.poses, loop_now(d.loop), &drift);
-    pose.t_ns = loop_now(d.loop);
-    pose.has = has;
-    CHECK(!has || pose_log_put(&d.poses, &pose));
-    json_t *a = ask("status", json_object());
-    CHECK_STR(json_string_value(json_object_get(json_object_get(a, "pose"), "drift")), want);
-    json_decref(a);
-    rig_end();
-}
-
-/* Drift takes clear water away although nothing is missing of what was ever sent. */
-TEST(poses_without_position_and_velocity_are_named)
-{
-    check_drift(-1, 0, 0, ""); /* a fixed sonar */
-    check_drift(
-        -1, 0, POSE_ATTITUDE,
-        "no position or velocity: assuming up to 3.0 m/s of drift in every direction, so free space soon expires");
-    check_drift(
-        -1, 0.5, POSE_ATTITUDE,
-        "no position or velocity: assuming up to 0.5 m/s of drift in every direction, so free space soon expires");
-    check_drift(-1, 0.5, POSE_ATTITUDE | POSE_DEPTH,
-                "no position or velocity: assuming up to 0.5 m/s of drift, so free space soon expires");
-    check_drift(0.05, 0.5, POSE_ATTITUDE, "");
-    check_drift(-1, 0.5, POSE_ATTITUDE | POSE_VELOCITY, "");
-    check_drift(-1, 0.5, POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH, "");
-}
-
 /* What of a part's limit status says; negative: null. */
 static double max_age_s(const char *part)
 {
@@ -220,7 +181,6 @@ int main(void)
     RUN(what_a_lost_sonar_observed_is_unknown);
     RUN(an_attitude_that_is_too_old_is_none);
     RUN(settings_that_do_not_fit_are_in_the_status);
-    RUN(poses_without_position_and_velocity_are_named);
     RUN(the_limit_of_a_pose_is_shown_as_it_is_in_force);
     return test_end();
 }
