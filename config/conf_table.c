@@ -483,8 +483,8 @@ const struct conf_key conf_keys[] = {
          "or a tank wall. no: it may move at max_speed (3 m/s if not set), and free space shrinks by that\n"
          "every second (docs/design.md, Sensors of the vehicle). auto: it moves no faster than the newest bound\n"
          "that a client sends with its poses (speed_bound_mps) and `current` together; at max_speed while none\n"
-         "comes, and while `current` is unknown. A sonar that never received any pose, with no max_speed,\n"
-         "counts as fixed."},
+         "comes, and while `current` is unknown. A sonar that never received any pose, with no max_speed\n"
+         "and no sonard-mavlink, counts as fixed."},
     {"vehicle", "braking", LIVE, QUANTITY(1, "m/s2", 0.01, 20), .standard = "0.2 m/s2", CONF(vehicle.braking_mps2),
      .help = "Lowest braking deceleration in still water, in any direction. Measure it."},
     {"vehicle", "latency", LIVE, QUANTITY(1, "s", 0, 10), .standard = "0.5 s", CONF(vehicle.latency_s),

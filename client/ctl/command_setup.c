@@ -33,7 +33,8 @@ struct setup {
     bool asks;  /* somebody sits at the terminal */
     bool ended; /* ... and has left: the rest of the answers is not the defaults */
     char device[32], port[FIND_SONAR_PATH + 32], how[80], name[32];
-    double mount_m[3], size_m[3], range_m;
+    double mount_m[3], size_m[3], range_m, current_mps;
+    bool current_answered;                              /* there is no DVL */
     bool mount_answered, size_answered, range_answered; /* the others stay the defaults of sonard.conf */
     bool upside_down;
     int port_error; /* errno of the port given with --port; 0: it was open */
@@ -270,6 +271,35 @@ static bool ask_yes(struct setup *s, const char *question)
     return false;
 }
 
+/* Nobody but the user knows where the vehicle dives; an empty line: something tells where it is. */
+static void ask_current(struct setup *s)
+{
+    static const struct {
+        const char *water;
+        double mps;
+    } waters[] = {{"pool", 0.05}, {"harbour", 0.3}, {"tidal", 1}};
+    const json_t *option = given(s, "current_mps");
+    char answer[LINE_MAX_], *end;
+
+    s->current_mps = json_number_value(option);
+    s->current_answered = option;
+    while (
+        !s->current_answered &&
+        ask_person(s,
+                   "Without a DVL: in which water does it dive, pool (0.05), harbour (0.3) or tidal (1), or how "
+                   "fast does it go at most, in m/s?",
+                   "it has a DVL", answer, sizeof answer)) {
+        s->current_mps = strtod(answer, &end);
+        s->current_answered = end != answer && *end == '\0' && s->current_mps >= 0 && s->current_mps <= 5;
+        for (size_t i = 0; i < sizeof waters / sizeof *waters && !s->current_answered; i++) {
+            s->current_answered = strcasecmp(answer, waters[i].water) == 0;
+            s->current_mps = waters[i].mps;
+        }
+        if (!s->current_answered)
+            fprintf(stderr, "  expected pool, harbour, tidal or a number from 0 to 5\n");
+    }
+}
+
 static void ask_all(struct setup *s)
 {
     static const struct question mount = {
@@ -282,6 +312,7 @@ static void ask_all(struct setup *s)
     s->upside_down = given(s, "upside_down") || ask_yes(s, "Is it mounted upside down, y or n?");
     s->size_answered = ask_numbers(s, &size, s->size_m);
     s->range_answered = ask_numbers(s, &range, &s->range_m);
+    ask_current(s);
 }
 
 static void write_port(const struct setup *s, FILE *out)
@@ -337,13 +368,19 @@ static void write_conf(const struct setup *s, FILE *out)
             s->mount_m[0], s->mount_m[1], s->mount_m[2]);
     if (s->upside_down)
         fprintf(out, "# It hangs upside down: left is right without this.\nrotation = 180 0 0 deg\n");
-    if (s->size_answered || is_ping360(s))
+    if (s->size_answered || s->current_answered || is_ping360(s))
         fprintf(out, "\n[vehicle]\n");
     if (s->size_answered)
         fprintf(out,
                 "# Half the diagonal of %g m by %g m: the upright cylinder that holds the vehicle.\n"
                 "radius = %.3g m\nheight = %g m\n",
                 s->size_m[0], s->size_m[1], ceil(radius_m * 1e3) / 1e3, s->size_m[2]);
+    if (s->current_answered)
+        fprintf(
+            out,
+            "# A promise: the water goes no faster. Without a DVL the thrusters of an ArduSub vehicle then bound "
+            "its drift\n# (docs/without-a-dvl.md); without it nothing is clear for long.\ncurrent = %g m/s\n",
+            s->current_mps);
     if (is_ping360(s))
         write_near(s, out);
 }

@@ -156,10 +156,12 @@ static void ask_for_thrusters(struct mavlink_bridge *b, uint64_t now_ns)
 
 #define WHY_LASTS_S 10 /* until standard error says why: parameters take some seconds, and a message may be lost */
 
-/* Every second, for a daemon that has just started. */
+/* Every second, for a daemon that has just started. It also tells the daemon that its sonars belong to a vehicle, even
+ * where that says nothing yet. */
 static void tell_no_bound(struct mavlink_bridge *b, uint64_t now_ns)
 {
-    const enum mavlink_no_bound why = mavlink_thrusters_why(&b->vehicle.thrusters, now_ns);
+    const enum mavlink_no_bound why =
+        b->had_vehicle ? mavlink_thrusters_why(&b->vehicle.thrusters, now_ns) : MAVLINK_NO_VEHICLE;
 
     b->why_s = why == b->why ? b->why_s + 1 : 0;
     b->why = why;
@@ -525,6 +527,7 @@ static void do_second(struct mavlink_bridge *b, uint64_t now_ns)
     send_heartbeat(b, now_ns);
     if (mavlink_peer_news(&b->peer, now_ns, news, sizeof news))
         say("%s", news);
+    tell_no_bound(b, now_ns);
     if (!b->had_vehicle)
         return;
     if (mavlink_vehicle_depth_news(&b->vehicle, now_ns, news, sizeof news))
@@ -539,7 +542,6 @@ static void do_second(struct mavlink_bridge *b, uint64_t now_ns)
         is_due(&b->ask_due_ns, ASK_EVERY_NS, now_ns))
         ask_for_rates(b, attitude, now_ns);
     ask_for_thrusters(b, now_ns);
-    tell_no_bound(b, now_ns);
 }
 
 /* One that was just connected to gets the time to answer. */

@@ -28,8 +28,8 @@
 #define STICKS_6 56
 #define NEEDED   8 /* outputs: there is no BlueROV2 whose motors are beyond */
 
-const char *const mavlink_no_bound_words[] = {"",       "messages", "parameters", "frame",
-                                              "motors", "sticks",   "pulses",     "clock"};
+const char *const mavlink_no_bound_words[] = {"",       "messages", "parameters", "frame",  "motors",
+                                              "sticks", "pulses",   "clock",      "vehicle"};
 
 void mavlink_thrusters_init(struct mavlink_thrusters *t, const struct mavlink_thrusters_conf *conf)
 {
@@ -274,7 +274,7 @@ enum mavlink_no_bound mavlink_thrusters_why(const struct mavlink_thrusters *t, u
     const struct thrust_frame *frame;
     int output[THRUST_MOTORS];
     if (!t->submarine)
-        return MAVLINK_BOUND;
+        return MAVLINK_NO_VEHICLE;
     if (t->why == MAVLINK_BOUND && now_ns > t->heard_ns + MAVLINK_THRUSTERS_GAP_NS)
         return MAVLINK_NO_MESSAGES;
     /* that nothing comes says less than that what comes would be of no use */

@@ -29,6 +29,7 @@ enum mavlink_no_bound {
     MAVLINK_NO_STICKS,
     MAVLINK_NO_PULSES,
     MAVLINK_NO_CLOCK,
+    MAVLINK_NO_VEHICLE, /* that has thrusters of which anything is known */
 };
 
 /* As the method `pose` has them. */
@@ -92,7 +93,7 @@ void mavlink_thrusters_servo(struct mavlink_thrusters *t, const struct mavlink_s
 /** mavlink_thrusters_take - a bound that was not taken yet: since the one before, until *t_ns, no faster than mps. */
 bool mavlink_thrusters_take(struct mavlink_thrusters *t, uint64_t *t_ns, double mps[2]);
 
-/** mavlink_thrusters_why - why there is no bound now; MAVLINK_BOUND: there is one, or it is no submarine. */
+/** mavlink_thrusters_why - why there is no bound now; MAVLINK_BOUND: there is one. */
 enum mavlink_no_bound mavlink_thrusters_why(const struct mavlink_thrusters *t, uint64_t now_ns);
 
 /** mavlink_thrusters_ask - the name of a parameter to ask for now, into id, zeros behind; false: it is no submarine.

@@ -308,10 +308,15 @@ static void begin(struct pose_log *log, uint64_t t_ns)
     drift_log_begin(&log->unseen, t_ns);
 }
 
-bool pose_log_bound(struct pose_log *log, uint64_t t_ns, const double mps[DRIFT_WAYS])
+void pose_log_moves(struct pose_log *log, uint64_t t_ns)
 {
     if (!log->t_first_ns)
         begin(log, t_ns);
+}
+
+bool pose_log_bound(struct pose_log *log, uint64_t t_ns, const double mps[DRIFT_WAYS])
+{
+    pose_log_moves(log, t_ns);
     const bool newer = drift_log_bound(&log->unseen, t_ns, mps);
     log->taken += newer;
     log->refused += !newer;

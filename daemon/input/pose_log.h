@@ -120,6 +120,10 @@ uint64_t pose_log_dated(const struct pose_log *log, uint64_t t_ns);
 /** pose_log_set_drift - from now_ns on; at first the vehicle keeps its place. mps, heading_radps: [0, inf). */
 void pose_log_set_drift(struct pose_log *log, uint64_t now_ns, const struct pose_drift *drift);
 
+/** pose_log_moves - from t_ns on the sonar belongs to a vehicle, of which poses are to come: it counts as fixed no
+ * longer, as after a pose. */
+void pose_log_moves(struct pose_log *log, uint64_t t_ns);
+
 /** pose_log_bound - as drift_log_bound: a pose of its own kind, which may be the first. False, counted: it is not newer
  * than the last. */
 bool pose_log_bound(struct pose_log *log, uint64_t t_ns, const double mps[DRIFT_WAYS]);

@@ -166,7 +166,7 @@ bool method_sectors(const struct rpc_call *call, json_t *params, struct json_out
     json_member_metres(out, "near_m", query_near_m(d));
     json_member_metres(out, "distance_m", reach_m);
     reference_write_target(out, d);
-    write_nothing(out, d, grid, sector, (size_t)count, ned);
+    write_nothing(out, d, grid, r->sector, count, ned);
     json_out_name(out, "sectors");
     json_out_open(out, '[');
     return count <= SECTORS_PER_PART ? write_sectors(call, out, error) : rpc_continue(call, write_sectors);

@@ -122,7 +122,9 @@ const char *drift_sentence(const struct methods_env *d, char text[QUERY_REASON_S
         return text;
     if (pose->heading_adrift) {
         snprintf(text, QUERY_REASON_SIZE,
-                 "no attitude: the vehicle may have turned, so no direction is known; send an attitude");
+                 "no attitude: the vehicle may have turned, so no direction is known; let the autopilot send "
+                 "ATTITUDE, or "
+                 "set station_keeping in [vehicle] where it neither moves nor turns");
         return text;
     }
     picture_get_frame(pipeline_picture(d->pipeline), &frame);

@@ -115,13 +115,13 @@ static void date_by_capture(const struct methods_env *d, json_t *params, uint64_
         json_object_set_new(params, "t_unix", json_real((double)(given_ns + d->unix_offset_ns) * 1e-9));
 }
 
-/* Number of the word of no_speed_bound, from 1 on; 0: it is not there. */
+/* Number of the word of no_speed_bound, from 1 on; 0: it is not there, or no vehicle is whose speed could be bounded. */
 static int no_bound_word(const json_t *params)
 {
     const struct protocol_param *p = protocol_methods[PROTOCOL_pose].params;
     while (strcmp(p->name, "no_speed_bound") != 0)
         p++;
-    for (int i = 0; p->words[i]; i++)
+    for (int i = 0; p->words[i] && strcmp(p->words[i], "vehicle") != 0; i++)
         if (params_is(params, "no_speed_bound", p->words[i]))
             return i + 1;
     return 0;
@@ -133,6 +133,7 @@ static bool take_bound(struct methods_env *d, const json_t *params, uint64_t t_n
     double mps[DRIFT_WAYS];
     const bool given = params_numbers(params, "speed_bound_mps", mps);
     d->poses.no_bound = given ? 0 : no_bound_word(params);
+    pose_log_moves(&d->poses, t_ns);
     return !given || pose_log_bound(&d->poses, t_ns, mps);
 }
 

@@ -48,7 +48,7 @@ def filled(bench, sim):
     with open(PACKAGED + "/sonard.conf", encoding="ascii") as f:
         conf = f.read()
     check("udp:127.0.0.1:9092" in conf, "the packaged configuration has another port")
-    conf = conf.replace("udp:127.0.0.1:9092", "udp:" + sim.address).replace("near = 4.6 m", "near = 0.8 m")
+    conf = conf.replace("udp:127.0.0.1:9092", "udp:" + sim.address).replace("near = 4.6 m", "near = 0.8 m\nstation_keeping = 0 m/s")
     bench.write("data/sonard.conf", conf)
     bench.write("data/extension.conf", 'SONARD_WEB="--listen any:%d --names blueos.local"\nSONARD_MAVLINK="--link udpin:%d"\n'
                 'touch "$data/ran"\n' % (page, mavlink))  # the programs' user may write this file, and root reads it

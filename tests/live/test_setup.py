@@ -49,6 +49,8 @@ def options(bench):
     check("by-id" not in done.stdout and "near" not in done.stdout, done.stdout)
     done = setup(bench, "--device", "ping360", "--port", "serial:/dev/ttyUSB0:115200", "--size", "1,0.5,0.2", "--output", "-")
     check("\nport = serial:/dev/ttyUSB0:115200\n" in done.stdout and "\n#near = 2.5 m\n" in done.stdout, done.stdout)
+    done = setup(bench, "--device", "micron", "--port", "udp:192.168.2.2:9092", "--current", "0.3", "--output", "-")
+    check("[vehicle]\n# A promise" in done.stdout and "\ncurrent = 0.3 m/s\n" in done.stdout, done.stdout)
     done = setup(bench, "--device", "ping360", "--port", "serial:/dev/ttyUSB0:115200", "--mount", "0,0,-0.4", "--output", "-")
     check("\n#near = 5.8 m\n" in done.stdout, done.stdout)
     promised = bench.write("near.conf", done.stdout.replace("#near", "near"))
@@ -152,19 +154,19 @@ def asked(out, keys):
 def questions(bench):
     """At a terminal it asks; an empty line takes what stands in brackets, nonsense is asked again."""
     out = bench.path("asked.conf")
-    status, said = asked(out, b"blueview\nping360\n0.3 0\n0.3 0 0.1\nja\nYes\n\n12\n")
+    status, said = asked(out, b"blueview\nping360\n0.3 0\n0.3 0 0.1\nja\nYes\n\n12\nsea\nHarbour\n")
     check(status == 0, said)
-    check("supported: micron" in said and "want 3 numbers" in said and "want y or n" in said, said)
+    check("supported: micron" in said and "want 3 numbers" in said and "want y or n" in said and "expected pool" in said, said)
     with open(out, encoding="ascii") as f:
         text = f.read()
-    for line in ("device = ping360", "mount = 0.3 0 0.1 m", "rotation = 180 0 0 deg", "range = 12 m", "radius = 0.287 m",
+    for line in ("device = ping360", "mount = 0.3 0 0.1 m", "rotation = 180 0 0 deg", "range = 12 m", "radius = 0.287 m", "current = 0.3 m/s",
                  "port = serial:/dev/null:921600"):
         check("\n%s\n" % line in text, "no %s in %s" % (line, text))
 
 
 def hangs_up(bench):
     """Who leaves before the last answer has not taken the defaults of the rest: nothing is written."""
-    for keys in (b"\x04", b"ping360\n\x04", b"ping360\n0.3 0 0.1\n\n\n\x04"):
+    for keys in (b"\x04", b"ping360\n\x04", b"ping360\n0.3 0 0.1\n\n\n\x04", b"ping360\n0.3 0 0.1\n\n\n\n\x04"):
         out = bench.path("left.conf")
         status, said = asked(out, keys)
         check(status in (2, 7) and not os.path.exists(out), "%s: %d %s" % (keys, status, said))

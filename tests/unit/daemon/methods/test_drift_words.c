@@ -114,8 +114,10 @@ TEST(poses_without_position_and_velocity_are_named)
                "no position and no depth: 4.2 m of drift allowed for in a scan of 6 s" SEND KEEP "0.4 m");
     check_said(-1, 0.5, POSE_ATTITUDE | POSE_DEPTH,
                "no position: 3.0 m of drift allowed for in a scan of 6 s" SEND KEEP "0.3 m");
-    check_said(AUTO, 0.5, POSE_DEPTH,
-               "no attitude: the vehicle may have turned, so no direction is known; send an attitude");
+    check_said(
+        AUTO, 0.5, POSE_DEPTH,
+        "no attitude: the vehicle may have turned, so no direction is known; let the autopilot send ATTITUDE, or "
+        "set station_keeping in [vehicle] where it neither moves nor turns");
     check_said(0.05, 0.5, POSE_ATTITUDE, "");
     check_said(-1, 0.5, POSE_ATTITUDE | POSE_VELOCITY, "");
     check_said(-1, 0.5, POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH, "");
@@ -177,6 +179,22 @@ TEST(what_current_would_change_comes_true)
     }
 }
 
+/* A bridge to an autopilot says that there is a vehicle, before that sends anything: it is not fixed to a bench. */
+TEST(a_vehicle_without_any_pose_is_not_fixed)
+{
+    for (int keeps = 0; keeps < 2; keeps++) {
+        CHECK(begin(keeps ? 0 : AUTO, 0, -1));
+        go(TURN_PINGS + 1, 0, -1, -1);
+        CHECK_STR(nothing("body"), "-");
+        d.replay = false;
+        json_decref(ask("pose", json_pack("{s:s}", "no_speed_bound", "vehicle")));
+        go(TURN_PINGS, 0, -1, -1);
+        CHECK(keeps ? strcmp(nothing("body"), "-") == 0
+                    : strncmp(nothing("body"), "no attitude: the vehicle", 24) == 0);
+        rig_end();
+    }
+}
+
 /* ... with what to do about it. */
 TEST(why_there_is_no_bound_is_said)
 {
@@ -214,6 +232,7 @@ int main(void)
     RUN(poses_without_position_and_velocity_are_named);
     RUN(before_the_first_turn_nothing_is_known_yet);
     RUN(what_current_would_change_comes_true);
+    RUN(a_vehicle_without_any_pose_is_not_fixed);
     RUN(why_there_is_no_bound_is_said);
     return test_end();
 }
