@@ -13,6 +13,10 @@ EMBED(web_page_css, "style.css");
 EMBED(web_page_app, "app.js");
 EMBED(web_page_draw, "draw.js");
 EMBED(web_page_words, "words.js");
+EMBED(web_page_live, "live.js");
+EMBED(web_page_panels, "panels.js");
+EMBED(web_page_view, "view.js");
+EMBED(web_page_why, "why.js");
 EMBED(web_page_icon, "icon.svg");
 EMBED(web_page_layout, "foxglove-layout.json");
 
@@ -27,6 +31,10 @@ static const struct web_file files[] = {
     FILE_AT("/app.js", "text/javascript; charset=utf-8", web_page_app),
     FILE_AT("/draw.js", "text/javascript; charset=utf-8", web_page_draw),
     FILE_AT("/words.js", "text/javascript; charset=utf-8", web_page_words),
+    FILE_AT("/live.js", "text/javascript; charset=utf-8", web_page_live),
+    FILE_AT("/panels.js", "text/javascript; charset=utf-8", web_page_panels),
+    FILE_AT("/view.js", "text/javascript; charset=utf-8", web_page_view),
+    FILE_AT("/why.js", "text/javascript; charset=utf-8", web_page_why),
     FILE_AT("/icon.svg", "image/svg+xml", web_page_icon),
     FILE_AT("/foxglove-layout.json", "application/json", web_page_layout),
 };

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "counters.h"
+#include "data_word.h"
 #include "methods.h"
 #include "query_context.h"
 #include "json_units.h"

@@ -137,8 +137,8 @@ def drawn(bench):
 
 
 def why(bench):
-    """A click and a key ask, in words, what explain says."""
-    _, client, _, browser = begun(bench)
+    """A click and a key ask, in words, what explain says; that is asked again, dated, and gone when the data are."""
+    daemon, client, _, browser = begun(bench)
     browser.do("choose", selector="#distance", value="20")
     for azimuth in (90, 200):
         browser.do("at", x=0.5 + 0.3 * math.sin(math.radians(azimuth)), y=0.5 - 0.3 * math.cos(math.radians(azimuth)))
@@ -151,6 +151,9 @@ def why(bench):
         told = re.findall(r"(\d+\.\d+) m \((\d+) % sure", text)
         known = [t for t in told if any(abs(float(t[0]) - m) < 0.2 and abs(int(t[1]) - 100 * sure) < 15 for m, sure in near)]
         check(len(told) > 0 and len(known) >= 0.5 * len(told), "%s, but the image has %s" % (told, near))
+    as_of = lambda: browser.text("#why .asof")
+    first = as_of()
+    until(lambda: as_of() > first, "an explanation that is asked for again")
     browser.eval("document.querySelector('#canvas').focus()")
     for _ in range(4):
         browser.do("press", selector="#canvas", key="ArrowRight")
@@ -160,6 +163,13 @@ def why(bench):
     browser.do("press", selector="#canvas", key="+")
     until(lambda: browser.eval("sonardPage.view.range") < before, "a nearer range")
     check(browser.eval("document.querySelector('#canvas').getAttribute('aria-label')").startswith("Ring of sectors: Ahead"), "no words for the picture")
+    check(browser.text("#why-said").startswith("220°"), "a screen reader is not told: " + browser.text("#why-said"))
+    daemon.process.send_signal(signal.SIGSTOP)
+    until(lambda: browser.text("#link") != "live", "the loss")
+    until(lambda: not any(word in browser.text("#why") + browser.text("#why-said") for word in ("Blocked", "Clear", "As of", "blocked", "clear")),
+          "no explanation of a daemon that does not answer: " + browser.text("#why"))
+    daemon.process.send_signal(signal.SIGCONT)
+    until(lambda: "As of" in browser.text("#why"), "an explanation again")
     check(browser.do("faults") == [], browser.do("faults"))
 
 

@@ -9,6 +9,7 @@ export function clock(v) {
   const tenths = Math.round(v * 10);
   return `${Math.floor(tenths / 600)}:${((tenths % 600) / 10).toFixed(1).padStart(4, "0")}`;
 }
+export const timeOfDay = (unix) => new Date(unix * 1000).toISOString().slice(11, 19) + " UTC";
 export const degrees = (v) => `${Math.round(v) % 360}°`;
 export const bytes = (n) => (n === null || n === undefined ? "" : n < 1e6 ? Math.round(n / 1024) + " KiB" : (n / 1048576).toFixed(1) + " MiB");
 export const microseconds = (v) => (v < 1000 ? Math.round(v) + " µs" : (v / 1000).toFixed(1) + " ms");

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+// What the page shows: what the daemon says now, or what it said at the time that is looked back to.
+import { STALE_MS, daemonNow, isFresh, past, rows, state } from "./live.js";
+import * as words from "./words.js";
+
+// back: the time that is shown; null: now. rows, newest: of the image then. selected: an azimuth; null: none.
+export const view = { tab: "sonar", back: null, rows, newest: null, selected: null, sensor: "", range: 10, dragging: false };
+
+// What was shown at the time that is looked back to; null: nothing then.
+function then() {
+  const frame = past.frames.findLast((f) => f.t <= view.back);
+  return frame && view.back - frame.t < STALE_MS / 1000 ? frame : null;
+}
+
+export const fresh = () => (view.back !== null ? then() !== null : isFresh());
+export const shown = () => (view.back !== null ? then().sectors : state.sectors);
+export const shownAt = () => view.back ?? daemonNow();
+export const poseShown = () => (view.back !== null ? then() && then().pose : state.status && state.status.pose);
+
+// How far the sectors are judged, in metres; null: nothing is known.
+export const judged = () => (fresh() && shown().distance_m > 0 ? shown().distance_m : null);
+
+// The sectors as they are up to where they are judged; `obstacle`: there is one, maybe farther away.
+export function sectorsNow() {
+  const distance = judged();
+  return shown().sectors.map((s) => ({ ...s, state: words.within(s, distance), obstacle: s.state === "blocked" }));
+}
+
+// Clockwise from north, in degrees; null: no fresh attitude. The daemon gives none that is too old.
+export function headingNow() {
+  const pose = poseShown(), attitude = pose && pose.attitude_deg;
+  return attitude ? (attitude[2] + 360) % 360 : null;
+}
