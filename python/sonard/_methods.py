@@ -97,8 +97,8 @@ class Methods:
             depth_m: Optional[float] = None, attitude_deg: Optional[Sequence[float]] = None,
             quaternion: Optional[Sequence[float]] = None, velocity_mps: Optional[Sequence[float]] = None,
             altitude_m: Optional[float] = None, speed_bound_mps: Optional[Sequence[float]] = None,
-            no_speed_bound: Optional[Literal["messages", "parameters", "frame", "motors", "sticks", "pulses",
-            "clock"]] = None) -> None:
+            no_speed_bound: Optional[Literal["messages", "parameters", "frame", "motors", "sticks", "pulses", "clock",
+            "vehicle"]] = None, push_n: Optional[Sequence[float]] = None) -> None:
         """Where the vehicle is.
         t_unix: Unix time of the measurement; in s.
         position_m: north, east, down; in m.
@@ -109,10 +109,12 @@ class Methods:
         altitude_m: above the bottom, straight down; in m.
         speed_bound_mps: the most that it has gone through the water since the bound before, level and up or down; in m/s.
         no_speed_bound: why there is none from now on.
+        push_n: which way its thrusters push it, forward and to the right; in N.
         """
         self._ask("pose", {"t_unix": t_unix, "position_m": position_m, "depth_m": depth_m,
             "attitude_deg": attitude_deg, "quaternion": quaternion, "velocity_mps": velocity_mps,
-            "altitude_m": altitude_m, "speed_bound_mps": speed_bound_mps, "no_speed_bound": no_speed_bound})
+            "altitude_m": altitude_m, "speed_bound_mps": speed_bound_mps, "no_speed_bound": no_speed_bound,
+            "push_n": push_n})
 
     def pose_withdraw(self) -> None:
         """Go on without a pose, as if none had ever been given."""
@@ -429,8 +431,8 @@ class AsyncMethods:
             depth_m: Optional[float] = None, attitude_deg: Optional[Sequence[float]] = None,
             quaternion: Optional[Sequence[float]] = None, velocity_mps: Optional[Sequence[float]] = None,
             altitude_m: Optional[float] = None, speed_bound_mps: Optional[Sequence[float]] = None,
-            no_speed_bound: Optional[Literal["messages", "parameters", "frame", "motors", "sticks", "pulses",
-            "clock"]] = None) -> None:
+            no_speed_bound: Optional[Literal["messages", "parameters", "frame", "motors", "sticks", "pulses", "clock",
+            "vehicle"]] = None, push_n: Optional[Sequence[float]] = None) -> None:
         """Where the vehicle is.
         t_unix: Unix time of the measurement; in s.
         position_m: north, east, down; in m.
@@ -441,10 +443,12 @@ class AsyncMethods:
         altitude_m: above the bottom, straight down; in m.
         speed_bound_mps: the most that it has gone through the water since the bound before, level and up or down; in m/s.
         no_speed_bound: why there is none from now on.
+        push_n: which way its thrusters push it, forward and to the right; in N.
         """
         await self._ask("pose", {"t_unix": t_unix, "position_m": position_m, "depth_m": depth_m,
             "attitude_deg": attitude_deg, "quaternion": quaternion, "velocity_mps": velocity_mps,
-            "altitude_m": altitude_m, "speed_bound_mps": speed_bound_mps, "no_speed_bound": no_speed_bound})
+            "altitude_m": altitude_m, "speed_bound_mps": speed_bound_mps, "no_speed_bound": no_speed_bound,
+            "push_n": push_n})
 
     async def pose_withdraw(self) -> None:
         """Go on without a pose, as if none had ever been given."""

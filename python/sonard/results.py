@@ -714,6 +714,7 @@ class SectorsResult(TypedDict):
     distance_m: float
     target: str
     bottom_db: Optional[float]
+    nothing: Optional[str]
     sectors: List[Sector]
 
 

@@ -52,7 +52,8 @@ TEST(what_a_key_needs_is_said)
         const char *text, *want; /* the only sentence; NULL: there is none */
     } rows[] = {
         {HEAD, NULL},
-        {HEAD "circle = 60 s\n", "[sonar a] circle = 60 s has no effect without scan = active or [vehicle] current\n"},
+        {HEAD "circle = 60 s\n",
+         "[sonar a] circle = 60 s has no effect without scan = active or [vehicle] current\n"},
         {HEAD "circle = 60 s\nscan = active\n", NULL},
         {HEAD "power_active = high\n", NULL}, /* the default */
         {HEAD "power_at_stop = on\n[sonar b]\ndevice = micron\nport = serial:/dev/y:115200\npower = GPIO4\n",
