@@ -25,7 +25,12 @@ static void write_line(struct answers_file *a, const char *event, const char *se
         json_out_value(&out, params);
     }
     json_out_name(&out, "sectors");
-    if (rpc_answer(daemon_methods, &call, "sectors", params, &out, &error) == RPC_ANSWERED) {
+    enum rpc_outcome outcome;
+    do
+        outcome = rpc_answer(daemon_methods, &call, "sectors", params, &out, &error);
+    while (outcome == RPC_MORE); /* it waits for nothing */
+    rpc_work_end(&work);
+    if (outcome == RPC_ANSWERED) {
         json_out_bytes(&out, "}\n", 2);
         fwrite(out.bytes, 1, out.n, a->file);
     }
