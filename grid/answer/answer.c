@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "answer.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -174,18 +175,37 @@ static inline bool adds_water(const struct least *least, const struct sight *v, 
            against(v, need_m) > least->against;
 }
 
-/* Would a look at a direction of the question change nothing? A corridor's side ends no water that is free up to it. */
-static bool adds_nothing(const struct tally *t, const struct sight *v, const struct scope_share *share)
+/* Would a look at a direction change nothing of the answer, as far as its obstacle and the age and beginning of its
+ * water go? */
+static inline bool adds_little(const struct tally *t, const struct sight *v, double need_m)
 {
-    const struct least least = {
-        .near_m = t->a.state == ANSWER_BLOCKED ? t->a.near_m : INFINITY,
-        .free_to_m = share->side ? 0 : t->a.free_to_m,
-        .blind_to_m = t->a.blind_to_m,
-        .oldest_s = t->oldest_s,
-        .against = share->side ? ANSWER_HEARD : t->against,
-    };
-    return t->looked && (v->near_m > share->need_m || v->near_m >= least.near_m) &&
-           !adds_water(&least, v, share->need_m);
+    return t->looked && v->blind_m <= t->a.blind_to_m && v->age_s <= t->oldest_s &&
+           (v->near_m > need_m || (t->a.state == ANSWER_BLOCKED && v->near_m >= t->a.near_m));
+}
+
+/*
+ * And nothing else? Water that is known up to a corridor's side ends nothing, and what begins too late for that
+ * (add_water) is as blind as blind_to_m already says. Where a weak echo may stand up to side_m only a look tells.
+ */
+static bool adds_nothing(const struct tally *t, const struct sight *v, const struct scope_share *share,
+                         double side_m)
+{
+    if (share->beside || !adds_little(t, v, share->need_m))
+        return false;
+    const enum answer_reason why = against(v, share->need_m);
+    if (share->side && (why == ANSWER_HEARD || why == ANSWER_BLIND))
+        return true;
+    if (share->side && share->need_m <= side_m && share->need_m > t->a.blind_to_m)
+        return false;
+    return v->clear_m >= t->a.free_to_m && why <= t->against;
+}
+
+/* The same of a direction of a corridor, however far that reaches into it: as its share takes longest. Where it does
+ * not leave by the side it is asked up to distance_m, at least. */
+static bool never_adds(const struct tally *t, const struct sight *v, double distance_m, double side_m)
+{
+    return adds_little(t, v, DBL_MAX) && v->clear_m >= t->a.free_to_m && v->clear_m >= side_m &&
+           v->blind_m < distance_m && against(v, DBL_MAX) <= t->against;
 }
 
 static void direction_once(struct picture *p, const struct answer_conf *conf, const struct answer_now *now,
@@ -210,23 +230,26 @@ static void direction_once(struct picture *p, const struct answer_conf *conf, co
     tally.a.blind_to_m = scope.beside_m;
     struct sight_fade fade = {.known = false};
     struct sight_observer by = {conf, now, &place, q->near_m, 0, &fade};
+    const double side_m = q->near_m - place.moved_m;
     struct rings_visit visit = rings_visit(p->rings, scope.axis, scope.around_rad);
     while (rings_next(&visit)) {
-        const struct scope_share share = scope_share(&scope, p->axis[visit.direction], visit.ring);
-        if (share.need_m <= 0 || tells_nothing(&tally, p, visit.direction, &share, place.moved_m))
-            continue;
         struct picture_entry e;
         struct sight view;
-        by.to_m = share.need_m;
-        if (!share.beside && sight_glance(p, visit.direction, &by, &view) && adds_nothing(&tally, &view, &share))
+        const bool glanced = sight_glance(p, visit.direction, &by, &view);
+        if (q->corridor && glanced && never_adds(&tally, &view, q->distance_m, side_m))
             continue;
+        const struct scope_share share = scope_share(&scope, p->axis[visit.direction], visit.ring);
+        if (share.need_m <= 0 || tells_nothing(&tally, p, visit.direction, &share, place.moved_m) ||
+            (glanced && adds_nothing(&tally, &view, &share, side_m)))
+            continue;
+        by.to_m = share.need_m;
         sight_look(p, visit.direction, &by, &e, &view);
         if (view.obstacle && view.near_m <= share.need_m)
             add_obstacle(&tally, &view, now, place.moved_m);
         if (share.beside)
             add_beside(&tally, &view, share.need_m);
         else
-            add_water(&tally, &view, share.need_m, share.side, q->near_m - place.moved_m);
+            add_water(&tally, &view, share.need_m, share.side, side_m);
     }
     if (!sight_keeps(p->rings, scope.lo_rad, scope.hi_rad))
         doubt_answer(&tally, ANSWER_OUTSIDE);

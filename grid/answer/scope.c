@@ -7,9 +7,11 @@
  * directions lies in both. */
 #define RAY_RAD 1e-4
 
+#define ROUNDING 1e-9 /* far more than squares lose: hypot takes long */
+
 static struct scope_bearing bearing_of(double cosine)
 {
-    const double c = fmax(-1, fmin(1, cosine));
+    const double c = sight_more(-1, sight_less(1, cosine));
     return (struct scope_bearing){c, sqrt((1 - c) * (1 + c))};
 }
 
@@ -19,7 +21,7 @@ static struct scope_bearing beyond(const struct scope_bearing *b, const struct s
     if (b->cos >= edge->cos)
         return (struct scope_bearing){1, 0};
     return (struct scope_bearing){b->cos * edge->cos + b->sin * edge->sin,
-                                  fmax(b->sin * edge->cos - b->cos * edge->sin, 0)};
+                                  sight_more(b->sin * edge->cos - b->cos * edge->sin, 0)};
 }
 
 /* How far the vehicle is from the centre towards a ray of the cell around v, across the axis, at the most: around the
@@ -29,7 +31,7 @@ static double towards_m(const struct scope *s, const double v[3], const struct s
     if (b->sin <= reach)
         return s->across_m;
     const double sine = reach / b->sin, middle_m = (geo_dot(s->place.offset_m, v) - b->cos * s->ahead_m) / b->sin;
-    const double aside_m = sqrt(fmax(0, s->across_m * s->across_m - middle_m * middle_m));
+    const double aside_m = sqrt(sight_more(0, s->across_m * s->across_m - middle_m * middle_m));
     if (middle_m > 0 && aside_m <= sine * s->across_m)
         return s->across_m;
     return middle_m * sqrt(1 - sine * sine) + aside_m * sine;
@@ -39,7 +41,8 @@ static double towards_m(const struct scope *s, const double v[3], const struct s
 static double off_m(const struct scope *s, const double v[3], double reach)
 {
     const struct scope_bearing b = bearing_of(geo_dot(v, s->axis));
-    return fmax(0, s->cos_wall * towards_m(s, v, &b, reach) - s->sin_wall * s->ahead_m) + s->place.uncertain_m;
+    return sight_more(0, s->cos_wall * towards_m(s, v, &b, reach) - s->sin_wall * s->ahead_m) +
+           s->place.uncertain_m;
 }
 
 static struct scope_share share_of(const struct scope *s, const double v[3])
@@ -51,7 +54,7 @@ static struct scope_share share_of(const struct scope *s, const double v[3])
     if (!q->corridor) {
         if (outside.sin <= 0 && outside.cos > 0)
             return (struct scope_share){.need_m = q->distance_m};
-        return (struct scope_share){.need_m = fmin(q->distance_m, off / (outside.cos > 0 ? outside.sin : 1)),
+        return (struct scope_share){.need_m = sight_less(q->distance_m, off / (outside.cos > 0 ? outside.sin : 1)),
                                     .beside = true};
     }
     if (outside.cos < 0)
@@ -61,8 +64,10 @@ static struct scope_share share_of(const struct scope *s, const double v[3])
     const double ahead = outside.cos * s->edge.apart.cos - outside.sin * s->edge.apart.sin;
     const double end = ahead > 1e-12 ? (q->distance_m + moved_m * (1 - ahead)) / ahead : INFINITY;
     const double side = outside.sin > 0 ? (q->radius_m + off) / outside.sin : INFINITY;
-    const double corner = hypot(q->distance_m + moved_m, q->radius_m + off);
-    return (struct scope_share){.need_m = fmin(fmin(end, side), corner), .side = side < q->distance_m};
+    const double leaves = sight_less(end, side), far = q->distance_m + moved_m, aside = q->radius_m + off;
+    const bool corner = leaves * leaves > (far * far + aside * aside) * (1 - ROUNDING);
+    const double need_m = corner ? sight_less(leaves, hypot(far, aside)) : leaves;
+    return (struct scope_share){.need_m = need_m, .side = side < q->distance_m};
 }
 
 /* What is alike for all cells of a ring. */
@@ -75,6 +80,8 @@ static void enter_ring(struct scope *s, uint32_t ring)
     s->edge.reach = sin(reach);
     s->edge.apart = (struct scope_bearing){cos(apart), sin(apart)};
 }
+
+#define SURE 1e-6 /* more than the error of single-precision axes */
 
 bool scope_begin(struct scope *s, const struct rings *rings, const struct scope_view *by,
                  const struct answer_query *query)
@@ -99,18 +106,15 @@ bool scope_begin(struct scope *s, const struct rings *rings, const struct scope_
     geo_angles(s->axis, &az, &el);
     const double wall = fmin(wall_rad + s->turned_rad, GEO_PI);
     s->edge.wall = (struct scope_bearing){cos(wall), sin(wall)};
+    s->sure_cos = query->corridor ? INFINITY : s->edge.wall.cos + SURE;
     s->around_rad = fmin(opening + beside + s->turned_rad + place->adrift_rad + rings->height_rad, GEO_PI);
     s->lo_rad = el - opening - s->turned_rad;
     s->hi_rad = el + opening + s->turned_rad;
     return rings_index(rings, az, el) != RINGS_NONE;
 }
 
-#define SURE 1e-6 /* more than the error of single-precision axes */
-
-struct scope_share scope_share(struct scope *s, const double middle[3], uint32_t ring)
+struct scope_share scope_share_near(struct scope *s, const double middle[3], uint32_t ring)
 {
-    if (!s->query.corridor && geo_dot(middle, s->axis) >= s->edge.wall.cos + SURE) /* most of a wide cone's */
-        return (struct scope_share){.need_m = s->query.distance_m};
     double v[3] = {middle[0], middle[1], middle[2]};
     if (ring != s->ring)
         enter_ring(s, ring);

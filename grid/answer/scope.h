@@ -35,7 +35,8 @@ struct scope {
     double beside_m;           /* nearer than this nothing is answered: too much of it may lie beside */
     double cos_wall, sin_wall; /* of the angle between the axis and the question's wall */
     double ahead_m, across_m;  /* the vehicle's place off the centre, along the axis and across it */
-    uint32_t ring;             /* that `edge` is of */
+    double sure_cos; /* what is within that cosine of the axis is surely in the cone; INFINITY: nothing is */
+    uint32_t ring;   /* that `edge` is of */
     struct scope_edge edge;
 };
 
@@ -57,7 +58,15 @@ struct scope_view {
 bool scope_begin(struct scope *s, const struct rings *rings, const struct scope_view *by,
                  const struct answer_query *query);
 
-/** scope_share - of the direction with that middle, a unit vector in the grid's axes, in that ring. */
-struct scope_share scope_share(struct scope *s, const double middle[3], uint32_t ring);
+/** scope_share - of the direction with that middle, a unit vector in the grid's axes, in that ring.
+ * scope_share_near - the same, but slow for most of a wide cone's. */
+struct scope_share scope_share_near(struct scope *s, const double middle[3], uint32_t ring);
+
+static inline struct scope_share scope_share(struct scope *s, const double middle[3], uint32_t ring)
+{
+    if (geo_dot(middle, s->axis) >= s->sure_cos)
+        return (struct scope_share){.need_m = s->query.distance_m};
+    return scope_share_near(s, middle, ring);
+}
 
 #endif
