@@ -32,7 +32,8 @@ static bool is_looked_at(const struct promise *p, uint32_t direction, double sla
     sight_from_grid(p->frame, p->now, false, u);
     *az_rad = atan2(u[1], u[0]);
     return fabs(u[2]) <= sin(looks->level_rad - step_rad) &&
-           (bearings_have(looks->bearings, *az_rad, 0) || bearings_still(looks, *az_rad, EDGE_CELLS * step_rad));
+           (bearings_have(looks->bearings, *az_rad, 0) ||
+            bearings_still(looks, *az_rad, EDGE_CELLS * step_rad) > 0);
 }
 
 #define PART_RAD (GEO_TURN / PROMISE_PARTS)
@@ -154,6 +155,18 @@ static double adrift_m(const struct promise *p, const struct sight *s, double ne
 }
 
 /*
+ * How far, in a beam that does not turn, the drift since its last ping may have brought in what stood beside it: so far
+ * the direction is at the beam's edge, as seen from where the vehicle may be. Farther in, nearer to the vehicle. 0 where
+ * no ping tells since when.
+ */
+static double edge_m(const struct promise *p, double az_rad, const struct sight *s)
+{
+    const double in_rad = bearings_still(&p->frame->looks, az_rad, EDGE_CELLS * p->picture->rings->step_rad);
+    const bool may_be = s->reason == ANSWER_HEARD && in_rad > 0 && in_rad < GEO_PI / 2;
+    return may_be ? answer_drifted_m(p->now, s->age_s) / sin(in_rad) : 0;
+}
+
+/*
  * Until every head has been everywhere twice, water that ends before near_m may be the gap of a lost ping; from then on
  * a direction has what an earlier turn showed of it.
  */
@@ -168,12 +181,8 @@ static double unshown_m(const struct promise *p, uint32_t direction, double slac
     if ((drifts ? goes_on(p, s, near_m) : sure_m >= near_m) || !is_looked_at(p, direction, slack, &az_rad))
         return near_m;
     const double left_m = drifts ? adrift_m(p, s, near_m) : near_m;
-    /* By no head: what nobody has shown nobody promises. Of a beam that does not turn, drift takes the water at its
-     * edge away, near the vehicle first, though what stood beyond near_m then has come no nearer than left_m. */
-    const double edge_rad = EDGE_CELLS * p->picture->rings->step_rad;
-    const bool still = drifts && s->reason == ANSWER_HEARD && bearings_still(&p->frame->looks, az_rad, edge_rad);
-    if (!bearings_have(p->shown, az_rad, 0) && !still)
-        return fmin(sure_m, left_m);
+    if (!bearings_have(p->shown, az_rad, 0)) /* by no head: what nobody has shown nobody promises */
+        return fmin(fmax(sure_m, edge_m(p, az_rad, s)), left_m);
     if (drifts)
         return left_m;
     return (blank || p->frame->looks.first_turns) && !is_between_looks(p, direction) ? sure_m : near_m;

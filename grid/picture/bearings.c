@@ -249,10 +249,12 @@ static int open_parts(const uint64_t set[BEARINGS_FINE / 64], int64_t fine, int 
     return n;
 }
 
-bool bearings_still(const struct bearings_looks *looks, double az_rad, double edge_rad)
+double bearings_still(const struct bearings_looks *looks, double az_rad, double edge_rad)
 {
     const int64_t at = fine_part(az_rad);
-    const int edge = (int)ceil(edge_rad / FINE_RAD), most = 2 * edge + 1;
+    const int edge = (int)ceil(edge_rad / FINE_RAD), most = BEARINGS_FINE;
     const int left = open_parts(looks->still, at, -1, most), right = open_parts(looks->still, at, 1, most);
-    return left && ((left > edge && right > edge) || left + right <= most);
+    if (left && left + right <= 2 * edge + 1)
+        return INFINITY;
+    return FINE_RAD * fmax(fmin(left, right) - edge, 0);
 }

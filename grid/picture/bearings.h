@@ -76,8 +76,9 @@ uint64_t bearings_of(const struct bearings_looks *looks, uint64_t sensors, uint6
  * edges nobody may look. within_rad: up to half a turn. */
 bool bearings_have(uint64_t set, double az_rad, double within_rad);
 
-/** bearings_still - is that azimuth of the body in a beam of a sonar that does not turn, and farther than edge_rad from
- * the end of what such beams cover together? All of that counts where it is no wider than its two edges. */
-bool bearings_still(const struct bearings_looks *looks, double az_rad, double edge_rad);
+/** bearings_still - how far that azimuth of the body lies in the beam of a sonar that does not turn, beyond edge_rad from
+ * the end of what such beams cover together; 0: it does not. Where they cover no more than two such edges all of that
+ * counts, and it is INFINITY. */
+double bearings_still(const struct bearings_looks *looks, double az_rad, double edge_rad);
 
 #endif

@@ -308,6 +308,38 @@ TEST(near_covers_no_water_in_a_beam_that_stays)
     }
 }
 
+/*
+ * While the vehicle drifts, what stood beside such a beam may have come in, the farther in the nearer: there near holds
+ * as beside it. 13.5 degrees to the side are 11.6, 26.4 or 0 from the edge, and so many times the drift is sin(that).
+ */
+TEST(near_holds_in_a_still_beam_as_far_as_drift_has_brought_its_edge)
+{
+    static const struct corridor_body promised = {
+        .radius_m = 0.3, .half_height_m = 0.2, .margin_m = 0.1, .near_m = 3};
+    static const struct {
+        double wide_deg, age_s;
+        float to_m; /* as of the last ping; -1: it showed water, of which the vehicle may have drifted out */
+        double known_m;
+    } row[] = {{60, 2, -1, 0.99}, {60, 4, -1, 1.99}, {60, 2, 1.5f, 1.5}, {60, 4, 1.5f, 1.99}, {60, 0, -1, 0},
+               {90, 4, -1, 0.9},  {90, 4, 0, 0},     {34, 2, -1, 2},     {360, 4, -1, 0}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct picture_frame frame;
+        start_with(rings_full(&rings, geo_rad(3)), true);
+        all_free(20);
+        looks_at(0, 0, false);
+        picture_get_frame(&picture, &frame);
+        open_still(&frame.looks, 0, row[i].wide_deg);
+        const struct picture_entry e = {
+            .free = {{.t_ping_ns = NOW - (uint64_t)(row[i].age_s * 1e9) - 1, .to_m = row[i].to_m, .sensors = 1}}};
+        picture_begin(&picture);
+        picture_set_frame(&picture, &frame);
+        picture_set(&picture, at(13.5, 0), &e);
+        picture_end(&picture);
+        now.pose.drift_mps = 0.1;
+        CHECK_NEAR(look(&promised, 1, 0, 0, 2).known_m, row[i].known_m, 0, 0.08);
+    }
+}
+
 #define FAN UINT64_C(0xff800000000001ff) /* 100 degrees about the bow */
 
 /* What a head that is offline, or deaf there, has not shown it will not show. */
@@ -894,6 +926,7 @@ int main(void)
     RUN(near_covers_no_lost_ping_in_the_first_turns);
     RUN(the_remedy_names_the_poses_where_they_are_what_is_missing);
     RUN(near_covers_no_water_in_a_beam_that_stays);
+    RUN(near_holds_in_a_still_beam_as_far_as_drift_has_brought_its_edge);
     RUN(near_covers_nothing_more_where_no_sonar_hears);
     RUN(what_stands_in_the_tunnel_blocks_and_what_stands_beside_it_does_not);
     RUN(a_vehicle_off_the_grids_centre_sweeps_its_own_tunnel);
