@@ -165,7 +165,7 @@ $(BUILD)/tests/test_query_context $(BUILD)/tests/test_drift_words: private LDFLA
 $(BUILD)/tests/test_input_port: private LDFLAGS += -Wl,--wrap=port_find
 $(BUILD)/tests/test_depth: private LDFLAGS += -Wl,--wrap=loop_clock
 # It counts how often clients are compared with each other, and looked at.
-$(BUILD)/tests/test_server: private LDFLAGS += -Wl,--wrap=session_is_kept,--wrap=peer_same_program
+$(BUILD)/tests/test_server: private LDFLAGS += -Wl,--wrap=session_is_kept,--wrap=peer_same_program,--wrap=peer_order
 # What the disk says is the test's.
 $(BUILD)/tests/test_segments_outage: private LDFLAGS += -Wl,--wrap=open,--wrap=write,--wrap=ftruncate,--wrap=sync_file_range,--wrap=stat
 # Its port and its clock are the test's.

@@ -47,9 +47,16 @@ const char *peer_who(const struct peer *peer, char text[PEER_WHO_SIZE])
     return text;
 }
 
+int peer_order(const struct peer *a, const struct peer *b)
+{
+    if (a->uid != b->uid)
+        return a->uid < b->uid ? -1 : 1;
+    return strcmp(a->program, b->program);
+}
+
 bool peer_same_program(const struct peer *a, const struct peer *b)
 {
-    return a->uid == b->uid && strcmp(a->program, b->program) == 0;
+    return peer_order(a, b) == 0;
 }
 
 void keep_set(struct keep *keep, const char *names, bool look_up)

@@ -27,6 +27,8 @@ void peer_of(int fd, struct peer *out);
 /** peer_who - "process 12 of user 1000, sonard-web". */
 const char *peer_who(const struct peer *peer, char text[PEER_WHO_SIZE]);
 
+/** peer_order - by user and program, below, at or above 0 as of strcmp; peer_same_program - is it 0? */
+int peer_order(const struct peer *a, const struct peer *b);
 bool peer_same_program(const struct peer *a, const struct peer *b);
 
 struct keep {

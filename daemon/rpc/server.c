@@ -108,19 +108,19 @@ static double one_place(const struct session *session)
 static struct session **displace(struct server *server, amount_fn *amount, const char *what,
                                  const struct share *wanted)
 {
-    struct session **slot = server->sessions;
     char who[PEER_WHO_SIZE], why[2 * PEER_WHO_SIZE];
     int n = 0;
 
     keep_anew(server); /* of two that were kept one may have gone */
     for (int i = 0; i < server->n_slots; i++)
-        if (server->sessions[i])
-            server->shares[n++] = session_share(server->sessions[i], amount(server->sessions[i]));
-    int victim = shares_victim(server->shares, n, wanted);
-    if (victim < 0)
+        if (server->sessions[i]) {
+            server->shares[n] = session_share(server->sessions[i], amount(server->sessions[i]));
+            server->shares[n++].slot = i;
+        }
+    const struct share *victim = shares_victim(server->shares, n, wanted);
+    if (!victim)
         return NULL;
-    for (; !*slot || victim-- > 0; slot++)
-        ;
+    struct session **slot = &server->sessions[victim->slot];
     snprintf(why, sizeof why, "its user or program has most %s, and makes room for %s", what,
              peer_who(wanted->peer, who));
     session_displace(*slot, why);

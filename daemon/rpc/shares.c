@@ -1,35 +1,32 @@
 /* SPDX-License-Identifier: MIT */
 #include "shares.h"
 
-#include <stddef.h>
+#include <stdlib.h>
 
-static int first_of_program(const struct share *share, int i)
+static int by_program(const void *a, const void *b)
 {
-    int k = 0;
-    while (!peer_same_program(share[k].peer, share[i].peer))
-        k++;
-    return k;
+    const struct share *x = a, *y = b;
+    const int order = peer_order(x->peer, y->peer);
+    return order != 0 ? order : x->slot - y->slot;
 }
 
-static int first_of_user(const struct share *share, int i)
-{
-    int k = 0;
-    while (share[k].peer->uid != share[i].peer->uid)
-        k++;
-    return k;
-}
-
+/* A user's and a program's clients come to lie side by side: there may be as many programs as clients. */
 static void sum_up(struct share *share, int n)
 {
-    for (int i = 0; i < n; i++)
-        share[i].of_user = share[i].of_program = 0;
-    for (int i = 0; i < n; i++) {
-        share[first_of_user(share, i)].of_user += share[i].amount;
-        share[first_of_program(share, i)].of_program += share[i].amount;
+    qsort(share, (size_t)n, sizeof *share, by_program);
+    for (int from = 0, to; from < n; from = to) {
+        double sum = 0;
+        for (to = from; to < n && share[to].peer->uid == share[from].peer->uid; to++)
+            sum += share[to].amount;
+        for (int i = from; i < to; i++)
+            share[i].of_user = sum;
     }
-    for (int i = 0; i < n; i++) {
-        share[i].of_user = share[first_of_user(share, i)].of_user;
-        share[i].of_program = share[first_of_program(share, i)].of_program;
+    for (int from = 0, to; from < n; from = to) {
+        double sum = 0;
+        for (to = from; to < n && peer_same_program(share[to].peer, share[from].peer); to++)
+            sum += share[to].amount;
+        for (int i = from; i < to; i++)
+            share[i].of_program = sum;
     }
 }
 
@@ -46,7 +43,9 @@ static bool is_heavier(const struct share *a, const struct share *b, bool same_u
         return a->of_user > b->of_user;
     if (a->of_program != b->of_program)
         return a->of_program > b->of_program;
-    return a->amount != b->amount ? a->amount > b->amount : a->since_ns < b->since_ns;
+    if (a->amount != b->amount)
+        return a->amount > b->amount;
+    return a->since_ns != b->since_ns ? a->since_ns < b->since_ns : a->slot < b->slot;
 }
 
 /* Of other users, or of other programs of the same, one client of who has most; NULL: there is none. */
@@ -71,19 +70,15 @@ static double own(const struct share *share, int n, const struct share *wanted, 
     return sum;
 }
 
-int shares_victim(struct share *share, int n, const struct share *wanted)
+const struct share *shares_victim(struct share *share, int n, const struct share *wanted)
 {
     sum_up(share, n);
     const struct share *user = of_most(share, n, wanted, false), *program = of_most(share, n, wanted, true);
-    if (wanted->kept) {
-        const struct share *most = user && program ? (user->of_user >= program->of_program ? user : program)
-                                   : user          ? user
-                                                   : program;
-        return most ? (int)(most - share) : -1;
-    }
+    if (wanted->kept)
+        return user && (!program || user->of_user >= program->of_program) ? user : program;
     if (user && own(share, n, wanted, false) + wanted->amount < user->of_user)
-        return (int)(user - share);
+        return user;
     if (program && own(share, n, wanted, true) + wanted->amount < program->of_program)
-        return (int)(program - share);
-    return -1;
+        return program;
+    return NULL;
 }

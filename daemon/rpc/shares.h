@@ -17,13 +17,15 @@ struct share {
     double amount;     /* in shares of all that there is */
     bool kept;         /* it never makes room */
     uint64_t since_ns; /* it has asked nothing since then: of clients alike the one for longest makes room */
+    int slot;          /* the caller's number of it, of clients alike in all else the least makes room */
     double of_user, of_program; /* worked out by shares_victim */
 };
 
 /**
  * shares_victim - who of share[0..n-1] makes room for `wanted`, which is not among them: with what it wants, its user
- * has less than the other has, or its program has, of the same user. When it is kept, nothing is compared. -1: nobody.
+ * has less than the other has, or its program has, of the same user. When it is kept, nothing is compared. NULL:
+ * nobody. Orders the shares anew.
  */
-int shares_victim(struct share *share, int n, const struct share *wanted);
+const struct share *shares_victim(struct share *share, int n, const struct share *wanted);
 
 #endif

@@ -1073,6 +1073,14 @@ bool __wrap_peer_same_program(const void *a, const void *b)
     return __real_peer_same_program(a, b);
 }
 
+int __real_peer_order(const void *a, const void *b);
+int __wrap_peer_order(const void *a, const void *b);
+int __wrap_peer_order(const void *a, const void *b)
+{
+    looks++;
+    return __real_peer_order(a, b);
+}
+
 /* A thousand clients ask in one turn: if one of them looked at all the others for each of the others, that turn would
  * take seconds. */
 TEST(who_makes_room_is_found_by_looking_at_each_a_few_times)
@@ -1080,11 +1088,16 @@ TEST(who_makes_room_is_found_by_looking_at_each_a_few_times)
     enum { MANY = 24 };
     struct peer many[MANY];
 
-    for (int of_kept = 0; of_kept < 2; of_kept++) {
+    for (int kind = 0; kind < 3; kind++) {
+        char name[] = "a";
         set_up(MANY);
-        be(of_kept ? "bridge" : "hog");
-        for (int i = 0; i < MANY; i++)
+        be(kind == 0 ? "hog" : "bridge"); /* whose places are kept */
+        for (int i = 0; i < MANY; i++) {
+            if (kind == 2)
+                be(name); /* each is of another program */
             many[i] = join();
+            name[0]++;
+        }
         looks = 0;
         struct peer more = join();
         CHECK(strstr(HEAR(more), "at most 24 clients") != NULL);

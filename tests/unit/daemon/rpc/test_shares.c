@@ -3,6 +3,7 @@
 #include "tests/lib/test.h"
 
 #include <stdio.h>
+#include <string.h>
 
 #include "daemon/rpc/shares.h"
 
@@ -22,14 +23,17 @@ static struct peer who(uid_t uid, const char *program)
 static void has(uid_t uid, const char *program, double amount)
 {
     peer[n] = who(uid, program);
-    share[n] = (struct share){.peer = &peer[n], .amount = amount, .since_ns = 1000 - (uint64_t)n};
+    share[n] = (struct share){.peer = &peer[n], .amount = amount, .since_ns = 1000 - (uint64_t)n, .slot = n};
     n++;
 }
 
 static int victim(uid_t uid, const char *program, double amount, bool kept)
 {
     const struct peer p = who(uid, program);
-    return shares_victim(share, n, &(struct share){.peer = &p, .amount = amount, .kept = kept});
+    struct share ordered[CLIENTS];
+    memcpy(ordered, share, sizeof ordered);
+    const struct share *v = shares_victim(ordered, n, &(struct share){.peer = &p, .amount = amount, .kept = kept});
+    return v ? v->slot : -1;
 }
 
 TEST(a_user_that_has_less_displaces_one_of_the_user_that_has_most)
