@@ -275,7 +275,7 @@ static void look_from(const double from[3], const struct ping *last)
     records = store_view(store, &now, view);
 }
 
-/* What one ping of a fan of 512 beams says, ahead at a depth of nothing, with a rope of 2 cm in it: valid until the next. */
+/* What one ping of a fan of 512 beams says, ahead at a depth of nothing, with a rope of 2 cm in it. Until the next. */
 static inline const struct water_record *fan_with_rope(double az, double range)
 {
     static struct row_beam beam[512];
