@@ -71,11 +71,11 @@ static void show_sectors(const struct page *page, const json_t *result)
                 free ? page_metres(c, page_number(sector, "free_to_m")) : "-",
                 page_duration(d, page_number(sector, "age_s")));
     }
-    const char *nothing =
-        json_is_string(json_object_get(result, "nothing")) ? page_text(a, result, "nothing") : "";
+    const char *why =
+        json_is_string(json_object_get(result, "why_none_clear")) ? page_text(a, result, "why_none_clear") : "";
 
-    fprintf(page->out, "%zu blocked, %zu clear, %zu unknown%s%s\n", total[0], total[1], total[2],
-            *nothing ? ": " : "", nothing);
+    fprintf(page->out, "%zu blocked, %zu clear, %zu unknown%s%s\n", total[0], total[1], total[2], *why ? ": " : "",
+            why);
     page_target(page, result);
     if (total[0] >= MANY && 4 * total[0] >= 3 * (total[0] + total[1] + total[2]))
         fprintf(page->out,

@@ -96,19 +96,20 @@ static double sectors_reach_m(const struct methods_env *d, struct grid *grid, co
     return asked_m > 0 ? asked_m : frame.range_max_m;
 }
 
-/* Why not one of them is blocked or clear; null: one is. */
-static void write_nothing(struct json_out *out, const struct methods_env *d, struct grid *grid,
-                          const struct answer sector[], size_t count, bool ned)
+/* Why not one of them is clear; null: one is, or all are as they are for reasons of their own. */
+static void write_why_not_clear(struct json_out *out, const struct methods_env *d, struct grid *grid,
+                                const struct answer sector[], size_t count, bool ned)
 {
-    char text[QUERY_REASON_SIZE];
+    char text[QUERY_REASON_SIZE] = "";
     struct picture_frame frame;
+    size_t clear = 0;
     for (size_t k = 0; k < count; k++)
-        if (sector[k].state != ANSWER_UNKNOWN) {
-            json_member_null(out, "nothing");
-            return;
-        }
+        clear += sector[k].state == ANSWER_CLEAR;
     picture_get_frame(grid_picture(grid), &frame);
-    json_member_text(out, "nothing", drift_why_nothing(d, &frame, ned, text));
+    if (clear == 0 && drift_why_not_clear(d, &frame, ned, text)[0])
+        json_member_text(out, "why_none_clear", text);
+    else
+        json_member_null(out, "why_none_clear");
 }
 
 /* An answer about sectors while it is written. */
@@ -166,7 +167,7 @@ bool method_sectors(const struct rpc_call *call, json_t *params, struct json_out
     json_member_metres(out, "near_m", query_near_m(d));
     json_member_metres(out, "distance_m", reach_m);
     reference_write_target(out, d);
-    write_nothing(out, d, grid, r->sector, count, ned);
+    write_why_not_clear(out, d, grid, r->sector, count, ned);
     json_out_name(out, "sectors");
     json_out_open(out, '[');
     return count <= SECTORS_PER_PART ? write_sectors(call, out, error) : rpc_continue(call, write_sectors);

@@ -142,8 +142,8 @@ const char *drift_sentence(const struct methods_env *d, char text[QUERY_REASON_S
     return text;
 }
 
-const char *drift_why_nothing(const struct methods_env *d, const struct picture_frame *frame, bool ned,
-                              char text[QUERY_REASON_SIZE])
+const char *drift_why_not_clear(const struct methods_env *d, const struct picture_frame *frame, bool ned,
+                                char text[QUERY_REASON_SIZE])
 {
     const char *data = status_data_word(d);
     if (!frame->pings)
@@ -153,9 +153,8 @@ const char *drift_why_nothing(const struct methods_env *d, const struct picture_
     else if (frame->ned && !pose_log_fresh(&d->poses, loop_now(d->loop)) && query_pose_missing(d, text)[0])
         return text;
     else if (frame->turn_s <= 0 && (double)(loop_now(d->loop) - d->start_ns) * 1e-9 < FIRST_TURN_S)
-        snprintf(text, QUERY_REASON_SIZE, "nothing is known yet: the first scan is not over");
-    else if (!drift_sentence(d, text)[0])
-        snprintf(text, QUERY_REASON_SIZE, "%s",
-                 strcmp(data, "ok") != 0 ? data : "no direction is known as far as asked");
+        snprintf(text, QUERY_REASON_SIZE, "nothing is clear yet: the first scan is not over");
+    else if (!drift_sentence(d, text)[0] && strcmp(data, "ok") != 0)
+        snprintf(text, QUERY_REASON_SIZE, "%s", data);
     return text;
 }

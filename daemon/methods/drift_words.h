@@ -20,9 +20,9 @@ const char *drift_bound_doubt(const struct methods_env *d);
  */
 const char *drift_sentence(const struct methods_env *d, char text[QUERY_REASON_SIZE]);
 
-/** drift_why_nothing - of a ring, in NED or not, in which no direction is blocked or clear: why that is. Returns text,
- * which is never empty. */
-const char *drift_why_nothing(const struct methods_env *d, const struct picture_frame *frame, bool ned,
-                              char text[QUERY_REASON_SIZE]);
+/** drift_why_not_clear - of a ring, in NED or not, in which no direction is clear: why that is; empty: each direction has
+ * a cause of its own. Returns text. */
+const char *drift_why_not_clear(const struct methods_env *d, const struct picture_frame *frame, bool ned,
+                                char text[QUERY_REASON_SIZE]);
 
 #endif

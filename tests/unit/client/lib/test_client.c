@@ -417,12 +417,13 @@ TEST(no_data_does_not_look_like_no_obstacle)
 
     CHECK(strncmp(text, "data       no data from the sonar\n", 34) == 0);
     free(text);
-    text = shown("sectors",
-                 "{\"nothing\":\"no ping was received\",\"sectors\":[{\"azimuth_deg\":0,\"state\":\"unknown\"}]}",
-                 false);
+    text = shown(
+        "sectors",
+        "{\"why_none_clear\":\"no ping was received\",\"sectors\":[{\"azimuth_deg\":0,\"state\":\"unknown\"}]}",
+        false);
     CHECK(strstr(text, "0 blocked, 0 clear, 1 unknown: no ping was received\n"));
     free(text);
-    text = shown("sectors", "{\"nothing\":null,\"sectors\":[{\"state\":\"clear\"}]}", false);
+    text = shown("sectors", "{\"why_none_clear\":null,\"sectors\":[{\"state\":\"clear\"}]}", false);
     CHECK(strstr(text, "0 blocked, 1 clear, 0 unknown\n"));
     free(text);
 }

@@ -78,12 +78,12 @@ static const char *said(void)
     return text;
 }
 
-static const char *nothing(const char *frame)
+static const char *why_none_clear(const char *frame)
 {
     const bool fixed = d.conf.vehicle.max_speed_mps <= 0; /* a drift takes a little at once */
     static char text[400];
     json_t *a = ask("sectors", json_pack("{s:s, s:f}", "frame", frame, "distance_m", fixed ? 9.0 : 9.99));
-    const char *why = json_string_value(json_object_get(a, "nothing"));
+    const char *why = json_string_value(json_object_get(a, "why_none_clear"));
     snprintf(text, sizeof text, "%s", why ? why : "-");
     json_decref(a);
     CHECK(strlen(text) <= LONGEST);
@@ -127,23 +127,23 @@ TEST(poses_without_position_and_velocity_are_named)
 TEST(before_the_first_turn_nothing_is_known_yet)
 {
     CHECK(begin(AUTO, 1.5, -1));
-    CHECK_STR(nothing("body"), "nothing is known yet: no ping was received");
+    CHECK_STR(why_none_clear("body"), "nothing is known yet: no ping was received");
     go(12, POSE_ATTITUDE | POSE_DEPTH, -1, -1);
-    CHECK_STR(nothing("ned"), "nothing is known yet: the first scan is not over");
+    CHECK_STR(why_none_clear("ned"), "nothing is clear yet: the first scan is not over");
     CHECK_STR(said(), "no position: 1.50 m/s of drift allowed for" SEND KEEP "0.05 m/s");
     go(2 * TURN_PINGS, POSE_ATTITUDE | POSE_DEPTH, -1, -1);
     char text[400];
     snprintf(text, sizeof text, "%s", said());
     CHECK(strstr(text, " of drift allowed for in a scan of 6 s; "));
-    CHECK_STR(nothing("ned"), text);
-    CHECK_STR(nothing("body"), text);
+    CHECK_STR(why_none_clear("ned"), text);
+    CHECK_STR(why_none_clear("body"), text);
     loop_advance(d.loop, loop_now(d.loop) + 90 * SECOND);
-    CHECK(strstr(nothing("ned"), "s old (limit "));
+    CHECK(strstr(why_none_clear("ned"), "s old (limit "));
     rig_end();
     CHECK(begin(-1, 0, -1)); /* no pose at all, and free water all around */
     go(2 * TURN_PINGS + 1, 0, -1, -1);
-    CHECK_STR(nothing("body"), "-");
-    CHECK_STR(nothing("ned"), "no attitude received, so north is unknown");
+    CHECK_STR(why_none_clear("body"), "-");
+    CHECK_STR(why_none_clear("ned"), "no attitude received, so north is unknown");
     rig_end();
 }
 
@@ -185,12 +185,12 @@ TEST(a_vehicle_without_any_pose_is_not_fixed)
     for (int keeps = 0; keeps < 2; keeps++) {
         CHECK(begin(keeps ? 0 : AUTO, 0, -1));
         go(TURN_PINGS + 1, 0, -1, -1);
-        CHECK_STR(nothing("body"), "-");
+        CHECK_STR(why_none_clear("body"), "-");
         d.replay = false;
         json_decref(ask("pose", json_pack("{s:s}", "no_speed_bound", "vehicle")));
         go(TURN_PINGS, 0, -1, -1);
-        CHECK(keeps ? strcmp(nothing("body"), "-") == 0
-                    : strncmp(nothing("body"), "no attitude: the vehicle", 24) == 0);
+        CHECK(keeps ? strcmp(why_none_clear("body"), "-") == 0
+                    : strncmp(why_none_clear("body"), "no attitude: the vehicle", 24) == 0);
         rig_end();
     }
 }
