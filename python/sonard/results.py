@@ -714,7 +714,7 @@ class SectorsResult(TypedDict):
     distance_m: float
     target: str
     bottom_db: Optional[float]
-    nothing: Optional[str]
+    why_none_clear: Optional[str]
     sectors: List[Sector]
 
 
