@@ -3,9 +3,7 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <string.h>
 
-#include "daemon/methods/data_word.h"
 
 #define POOL_MPS     0.05 /* what `current` and `station_keeping` may be at best: sonard.conf(5) */
 #define TURN_LEAST_S 1.0  /* of a faster turn nobody can tell metres from none */
@@ -145,16 +143,14 @@ const char *drift_sentence(const struct methods_env *d, char text[QUERY_REASON_S
 const char *drift_why_not_clear(const struct methods_env *d, const struct picture_frame *frame, bool ned,
                                 char text[QUERY_REASON_SIZE])
 {
-    const char *data = status_data_word(d);
     if (!frame->pings)
         snprintf(text, QUERY_REASON_SIZE, "nothing is known yet: no ping was received");
     else if (ned && !frame->ned)
         snprintf(text, QUERY_REASON_SIZE, "no attitude received, so north is unknown");
     else if (frame->ned && !pose_log_fresh(&d->poses, loop_now(d->loop)) && query_pose_missing(d, text)[0])
         return text;
-    else if (frame->turn_s <= 0 && (double)(loop_now(d->loop) - d->start_ns) * 1e-9 < FIRST_TURN_S)
+    else if (!drift_sentence(d, text)[0] && frame->turn_s <= 0 &&
+             (double)(loop_now(d->loop) - d->start_ns) * 1e-9 < FIRST_TURN_S)
         snprintf(text, QUERY_REASON_SIZE, "nothing is clear yet: the first scan is not over");
-    else if (!drift_sentence(d, text)[0] && strcmp(data, "ok") != 0)
-        snprintf(text, QUERY_REASON_SIZE, "%s", data);
     return text;
 }
