@@ -72,13 +72,13 @@ static bool is_whole(const struct window *w)
 #define SURE 1e-9 /* more than the sines and cosines here are ever wrong */
 
 /* Is it well within the azimuths, or so far from them that it does not count? 0: neither is sure. */
-static int rough_in_azimuth(const struct window *w, const double v[3])
+static inline int rough_in_azimuth(const struct window *w, double x, double y)
 {
-    const double level = sqrt(v[0] * v[0] + v[1] * v[1]);
-    const double along = v[0] * w->middle[0] + v[1] * w->middle[1];
+    const double level = sqrt(x * x + y * y);
+    const double along = x * w->middle[0] + y * w->middle[1];
     if (along > level * w->half[0] + SURE)
         return 1;
-    const double across = fabs(v[0] * w->middle[1] - v[1] * w->middle[0]);
+    const double across = fabs(x * w->middle[1] - y * w->middle[0]);
     const double off =
         along * w->half[0] + across * w->half[1] > 0 ? across * w->half[0] - along * w->half[1] : level;
     return along < level * w->half[0] - SURE && off > w->aside + SURE ? -1 : 0;
@@ -92,7 +92,7 @@ static bool in_azimuth(const struct window *w, const double v[3])
 }
 
 /* in_window of the axis turned by the matrix, whose last digits differ. 0: that could decide. */
-static int rough_in_window(const struct scene *s, const struct window *w, const double axis[3])
+static inline int rough_in_window(const struct scene *s, const struct window *w, const double axis[3])
 {
     const double up = -geo_dot(s->turn[2], axis);
     if (up < w->lo - SURE || up > w->hi + SURE)
@@ -101,19 +101,20 @@ static int rough_in_window(const struct scene *s, const struct window *w, const 
         return 0;
     if (w->half_rad >= GEO_PI)
         return 1;
-    return rough_in_azimuth(w, (const double[3]){geo_dot(s->turn[0], axis), geo_dot(s->turn[1], axis), -up});
+    return rough_in_azimuth(w, geo_dot(s->turn[0], axis), geo_dot(s->turn[1], axis));
 }
 
-static bool in_window(const struct scene *s, const struct window *w, uint32_t d)
+static bool exactly_in_window(const struct scene *s, const struct window *w, uint32_t d)
 {
     double v[3];
-    if (is_whole(w))
-        return true;
-    const int rough = rough_in_window(s, w, s->picture->axis[d]);
-    if (rough)
-        return rough > 0;
     axis_of(s, d, v);
     return -v[2] >= w->lo && -v[2] <= w->hi && (w->half_rad >= GEO_PI || in_azimuth(w, v));
+}
+
+static inline bool in_window(const struct scene *s, const struct window *w, uint32_t d)
+{
+    const int rough = rough_in_window(s, w, s->picture->axis[d]);
+    return rough ? rough > 0 : exactly_in_window(s, w, d);
 }
 
 static double reach_of(const struct scene *s)
@@ -134,7 +135,7 @@ static void compare(struct scene *s, uint32_t d, double *best_m, struct nearest 
     if (!sight.obstacle || sight.near_m >= *best_m || sight.near_m > reach_of(s))
         return;
     const struct window window = window_at(s, sight.near_m + s->place.moved_m);
-    if (!in_window(s, &window, d))
+    if (!is_whole(&window) && !in_window(s, &window, d))
         return;
     *best_m = sight.near_m;
     out->state = ANSWER_BLOCKED;
@@ -165,13 +166,14 @@ struct weight {
     double oldest_s; /* ping of their water */
 };
 
-static void weigh_direction(struct scene *s, uint32_t d, double to_m, struct weight *w, struct nearest *out)
+static inline void weigh_direction(struct scene *s, uint32_t d, const struct sight_observer *by, struct weight *w,
+                                   struct nearest *out)
 {
-    const struct sight_observer by = {s->conf, s->now, &s->place, s->query->near_m, to_m, &s->fade};
+    const double to_m = by->to_m;
     struct picture_entry e;
     struct sight sight;
-    if (!sight_glance(s->picture, d, &by, &sight))
-        sight_look_told(s->picture, d, &by, &e, &sight);
+    if (!sight_glance(s->picture, d, by, &sight))
+        sight_look_told(s->picture, d, by, &e, &sight);
     const enum answer_reason why = sight.reason != ANSWER_HEARD  ? sight.reason
                                    : to_m <= sight.blind_m       ? ANSWER_BLIND
                                    : sight.clear_m < to_m - 1e-9 ? sight_beyond(&sight)
@@ -205,13 +207,14 @@ static uint64_t block_in_window(const struct scene *s, const struct window *wind
 static void weigh(struct scene *s, double to_m, struct nearest *out)
 {
     const struct window window = window_at(s, to_m);
+    const struct sight_observer by = {s->conf, s->now, &s->place, s->query->near_m, to_m, &s->fade};
     struct weight w = {.oldest_s = -1};
     for (uint32_t k = 0; k * 64 < s->picture->n; k++) {
         const uint64_t in = block_in_window(s, &window, k), told = in & picture_block(s->picture, k).told;
         w.asked += bits_in(in);
         w.blank += bits_in(in & ~told);
         for (uint64_t left = told; left; left &= left - 1)
-            weigh_direction(s, 64 * k + (uint32_t)__builtin_ctzll(left), to_m, &w, out);
+            weigh_direction(s, 64 * k + (uint32_t)__builtin_ctzll(left), &by, &w, out);
     }
     if (w.blank && out->reason < ANSWER_NEVER)
         out->reason = ANSWER_NEVER;

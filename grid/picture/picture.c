@@ -130,7 +130,7 @@ void picture_get_frame(struct picture *p, struct picture_frame *frame)
         *frame = (struct picture_frame){0};
 }
 
-static double nearest_edge_m(const struct picture_side *side, uint32_t direction)
+static inline double nearest_edge_m(const struct picture_side *side, uint32_t direction)
 {
     double edge_m = INFINITY;
     for (size_t k = 0; k < PICTURE_OBSTACLES; k++) {
