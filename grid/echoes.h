@@ -83,6 +83,7 @@ struct echoes {
     uint16_t sensor;
     uint16_t n_beams;
     uint8_t flags;       /* of the ping: set of enum ping_flag */
+    bool turns;          /* it is from a head that turns, its driver says; a fan or a fixed beam does not */
     float range_max_m;   /* end of the last bin */
     float bin0_m, bin_m; /* near edge of bin 0, length of a bin; 0: the sonar reported ranges only */
     float az_aperture_rad, el_aperture_rad;

@@ -2,6 +2,7 @@
 #include "bearings.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "grid/geometry.h"
 #include "grid/ping.h"
@@ -130,46 +131,84 @@ static void hear(struct bearings_sensor *sensor, double az_rad, bool joins, uint
             sensor->heard_ns[k] = t_ns;
 }
 
+/* What tells the beams of two pings apart: which, and how wide and high. */
+static uint64_t shape_of(const struct echoes *e)
+{
+    uint64_t shape = e->n_beams;
+    for (unsigned i = 0; i < e->n_beams; i++) {
+        uint32_t bits[2];
+        memcpy(&bits[0], &e->beam[i].az_rad, sizeof bits[0]);
+        memcpy(&bits[1], &e->beam[i].el_rad, sizeof bits[1]);
+        shape = (shape ^ bits[0] ^ (uint64_t)bits[1] << 32) * UINT64_C(0x9e3779b97f4a7c15);
+        shape ^= shape >> 29;
+    }
+    return shape;
+}
+
+/* Beams of another width or height take the place of those before them, as after a reload. */
+static void mind_width(struct bearings_sensor *sensor, const struct echoes *e)
+{
+    if (sensor->wide_rad != e->az_aperture_rad || sensor->high_rad != e->el_aperture_rad) {
+        memset(sensor->opens, 0, sizeof sensor->opens);
+        sensor->shape = 0;
+        sensor->level_rad = 0;
+    }
+    sensor->wide_rad = e->az_aperture_rad;
+    sensor->high_rad = e->el_aperture_rad;
+}
+
+static bool is_level(struct bearings_sensor *sensor, const struct level *beam)
+{
+    if (beam->high_rad < LEAST_RAD)
+        return false;
+    sensor->level_rad = sensor->level_rad > 0 ? fmin(sensor->level_rad, beam->high_rad) : beam->high_rad;
+    return true;
+}
+
+/* All that the beams of a fan ever covered counts. */
+static void enter_still(struct bearings_sensor *sensor, const struct echoes *e, const struct mount *mount)
+{
+    const uint64_t shape = shape_of(e);
+    if (sensor->shape == shape)
+        return;
+    sensor->shape = shape;
+    for (unsigned i = 0; i < e->n_beams; i++) {
+        const struct level beam = level_of(&e->beam[i], e, mount);
+        if (is_level(sensor, &beam))
+            open_beam(sensor->opens, &beam);
+    }
+}
+
+static void enter_head(struct bearings_sensor *sensor, const struct echoes *e, const struct mount *mount)
+{
+    for (unsigned i = 0; i < e->n_beams; i++) {
+        const struct level beam = level_of(&e->beam[i], e, mount);
+        const bool joins = sensor->level;
+        sensor->level = is_level(sensor, &beam);
+        if (!sensor->level)
+            continue;
+        sensor->seen |= part(beam.az_rad);
+        if (joins)
+            join_bearings(sensor, beam.az_rad);
+        mind_deaf_beam(sensor, &e->beam[i], beam.az_rad, joins);
+        if (!is_deaf(&e->beam[i]))
+            hear(sensor, beam.az_rad, joins, e->t_ns);
+        sensor->last_rad = (float)beam.az_rad;
+    }
+}
+
 void bearings_enter(struct bearings *b, const struct echoes *e, const struct mount *mount)
 {
     struct bearings_sensor *sensor = &b->sensor[e->sensor % BEARINGS_SENSORS];
-    const bool one_beam = sensor->first_rad == sensor->last_rad;
-    const float before_rad = sensor->first_rad;
-    bool first = true;
-    sensor->wide_rad = e->az_aperture_rad;
     if (sensor->last_ns && e->t_ns > sensor->last_ns && e->t_ns - sensor->last_ns > BEARINGS_AWAY_NS)
         sensor->back_ns = e->t_ns;
     sensor->last_ns = e->t_ns;
     b->t_ns = e->t_ns > b->t_ns ? e->t_ns : b->t_ns;
     if (e->flags & PING_NEW_TURN && sensor->turns < 3)
         sensor->turns++;
-    for (unsigned i = 0; i < e->n_beams; i++) {
-        const struct level beam = level_of(&e->beam[i], e, mount);
-        const double az_rad = beam.az_rad;
-        const bool joins = sensor->level && (one_beam || !first);
-        sensor->level = beam.high_rad >= LEAST_RAD;
-        if (!sensor->level)
-            continue;
-        if (first && sensor->pings == 2 && !sensor->moves && (float)az_rad == before_rad)
-            return; /* a fan that looks where it did before */
-        b->level_rad = b->level_rad > 0 ? fmin(b->level_rad, beam.high_rad) : beam.high_rad;
-        sensor->seen |= part(az_rad);
-        if (!sensor->moves)
-            open_beam(sensor->opens, &beam);
-        if (joins)
-            join_bearings(sensor, az_rad);
-        if (sensor->moves)
-            mind_deaf_beam(sensor, &e->beam[i], az_rad, joins);
-        if (!is_deaf(&e->beam[i]))
-            hear(sensor, az_rad, joins, e->t_ns);
-        sensor->last_rad = (float)az_rad;
-        sensor->first_rad = first ? (float)az_rad : sensor->first_rad;
-        first = false;
-    }
-    if (first)
-        return;
-    sensor->moves |= sensor->pings > 0 && sensor->first_rad != before_rad;
-    sensor->pings = sensor->pings ? 2 : 1;
+    mind_width(sensor, e);
+    sensor->moves = e->turns;
+    (e->turns ? enter_head : enter_still)(sensor, e, mount);
 }
 
 /* From then_ns (0: never) to t_ns, rounded up. */
@@ -182,11 +221,15 @@ static uint16_t tenths(uint64_t t_ns, uint64_t then_ns)
 
 void bearings_tell(const struct bearings *b, const uint32_t turn_ms[BEARINGS_SENSORS], struct bearings_looks *out)
 {
-    *out = (struct bearings_looks){.t_ns = b->t_ns, .level_rad = b->level_rad};
+    *out = (struct bearings_looks){
+        .t_ns = b->t_ns,
+    };
     for (int k = 0; k < BEARINGS_SENSORS; k++) {
         const struct bearings_sensor *sensor = &b->sensor[k];
-        const bool turns = sensor->pings == 1 || sensor->moves, first_turns = turns && sensor->turns < 3;
+        const bool turns = sensor->moves && sensor->seen, first_turns = turns && sensor->turns < 3;
         const double gap_rad = (double)sensor->step_rad - (first_turns ? (double)sensor->wide_rad : 0);
+        if (sensor->level_rad > 0)
+            out->level_rad = out->level_rad > 0 ? fmin(out->level_rad, sensor->level_rad) : sensor->level_rad;
         out->last_ns[k] = sensor->last_ns;
         out->back_ds[k] = tenths(b->t_ns, sensor->back_ns);
         out->turn_s[k] = turn_ms[k] * 1e-3;

@@ -38,28 +38,29 @@ struct bearings_looks {
 
 struct bearings_sensor {
     uint64_t seen;                      /* a level beam was there, or its head passed there between two pings */
-    uint64_t opens[BEARINGS_FINE / 64]; /* in a level beam, before it has moved */
+    uint64_t opens[BEARINGS_FINE / 64]; /* in a level beam of a sonar that does not turn */
     uint64_t deaf;                      /* nothing usable was received there by a head's last pass */
     uint64_t deaf_before, heard;        /* where a head's last beam was deaf; where its beam heard last */
     uint64_t heard_ns[BEARINGS];        /* when a beam of a head last heard there; 0: never */
     uint64_t last_ns;                   /* of its last ping */
     uint64_t back_ns;                   /* of the first after it had been away; 0: none */
-    float first_rad, last_rad; /* azimuth in the body of the first and last level beam of its last ping with one */
-    float step_rad;            /* the least from one level beam to the next; 0: unknown */
-    float wide_rad;            /* of its last ping's beams */
-    uint8_t pings;             /* with a level beam, up to 2 */
-    uint8_t turns;             /* begun, up to 3: before the first it may have begun in the middle of one */
-    bool level;                /* its last beam was */
-    bool moves;                /* its pings begin at more than one bearing */
+    uint64_t shape;                     /* of the beams that opened last, that they need not open again */
+    double level_rad;                   /* as in bearings_looks; 0: no beam was level yet */
+    float last_rad;                     /* azimuth in the body of a head's last level beam */
+    float step_rad;                     /* the least from one of them to the next; 0: unknown */
+    float wide_rad, high_rad;           /* of its last ping's beams */
+    uint8_t turns; /* begun, up to 3: before the first it may have begun in the middle of one */
+    bool level;    /* its last beam was */
+    bool moves;    /* it is a head that turns, as its driver says */
 };
 
 struct bearings {
-    uint64_t t_ns;    /* of the newest ping */
-    double level_rad; /* as in bearings_looks; 0: no beam was level yet */
+    uint64_t t_ns; /* of the newest ping */
     struct bearings_sensor sensor[BEARINGS_SENSORS];
 };
 
-/** bearings_enter - a ping of a sensor with that mount. A head passes from one bearing to the next the shorter way. */
+/** bearings_enter - a ping of a sensor with that mount. A head passes from one bearing to the next the shorter way. Which
+ * sensor is one its driver says (echoes.turns); one that keeps to a bearing is still to look at all the others. */
 void bearings_enter(struct bearings *b, const struct echoes *e, const struct mount *mount);
 
 /** bearings_tell - as of the newest ping. A head looks at all bearings while it is in its first turn: nobody knows yet

@@ -760,6 +760,7 @@ void extract_run(struct extract *extract, const struct ping *ping, const struct 
     out->t_in_ns = ping->t_in_ns;
     out->seq = ping->seq;
     out->flags = ping->flags;
+    out->turns = ping->head_turn > 0;
     out->sensor = ping->sensor;
     out->n_beams = 0;
     out->range_max_m = end_m > 0.0 && end_m < 1e6 ? (float)end_m : 0.0f;

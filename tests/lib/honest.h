@@ -442,6 +442,7 @@ static void send_ping(int which, uint64_t t_ns, uint64_t late_ns, uint32_t numbe
     ping->kind = PING_RANGES;
     ping->seq = number;
     ping->sensor = (uint16_t)which;
+    ping->head_turn = h->turns ? TURN_PINGS : 0;
     ping->flags = !h->turns || number % TURN_PINGS == 0 ? PING_NEW_TURN : 0;
     CHECK(h->beams <= (int)ping->max_beams);
     ping->n_beams = (uint16_t)h->beams;

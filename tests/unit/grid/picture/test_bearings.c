@@ -18,6 +18,7 @@ static uint32_t turn_ms[BEARINGS_SENSORS];
 #define KEEP_S 30.0
 
 static double wide_deg; /* of a beam */
+static bool fixed;      /* a single beam that stays */
 static double edge_deg; /* of what still beams cover so much on either side does not count */
 
 static void start(double roll_deg, double pitch_deg, double yaw_deg)
@@ -31,6 +32,7 @@ static void start(double roll_deg, double pitch_deg, double yaw_deg)
     hides = BEAM_HIDES_NOTHING;
     edge_deg = 3;
     wide_deg = 3;
+    fixed = false;
     quat_from_rpy(geo_rad(roll_deg), geo_rad(pitch_deg), geo_rad(yaw_deg), mount.attitude);
 }
 
@@ -41,6 +43,7 @@ static void ping(unsigned sensor, int beams, double from_deg, double to_deg, dou
     struct echoes e = {.sensor = (uint16_t)sensor,
                        .n_beams = (uint16_t)beams,
                        .flags = new_turn ? PING_NEW_TURN : 0,
+                       .turns = beams == 1 && !fixed,
                        .az_aperture_rad = (float)geo_rad(wide_deg),
                        .el_aperture_rad = (float)geo_rad(high_deg),
                        .range_max_m = 10,
@@ -83,18 +86,23 @@ static bool at(double deg)
            bearings_still(&looks, geo_rad(deg), geo_rad(edge_deg));
 }
 
-TEST(a_fan_looks_within_its_opening_from_its_second_ping_on)
+static double level_deg(void)
+{
+    struct bearings_looks looks;
+    bearings_tell(&b, turn_ms, &looks);
+    return geo_deg(looks.level_rad);
+}
+
+TEST(a_fan_looks_within_its_opening_from_its_first_ping_on)
 {
     start(0, 0, 0);
     CHECK(!at(0) && !at(180));
-    ping(0, 32, -48, 48, 20, true);
-    CHECK(at(0) && at(180)); /* it may be a head */
     ping(0, 32, -48, 48, 20, true);
     for (int deg = -40; deg <= 40; deg++)
         CHECK(at(deg));
     for (int deg = 50; deg <= 310; deg++)
         CHECK(!at(deg));
-    CHECK_NEAR(geo_deg(b.level_rad), 10, 1e-4, 0);
+    CHECK_NEAR(level_deg(), 10, 1e-4, 0);
 }
 
 TEST(a_fan_of_more_than_half_a_circle_does_not_look_astern)
@@ -156,6 +164,7 @@ TEST(a_beam_that_stays_looks_where_it_points)
     for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         start(0, 0, 30);
         wide_deg = row[i].wide_deg;
+        fixed = true;
         edge_deg = row[i].edge_deg;
         for (int k = 0; k < 3; k++)
             ping(0, 1, 0, 0, 25, false);
@@ -175,6 +184,7 @@ TEST(beams_that_stay_apart_leave_open_what_lies_between)
     for (unsigned second = 0; second < 2; second++) {
         start(0, 0, 0);
         wide_deg = 30;
+        fixed = true;
         for (int k = 0; k < 3; k++) {
             ping(0, second ? 1 : 2, -45, 45, 25, true);
             if (second)
@@ -190,10 +200,11 @@ TEST(a_beam_on_its_side_is_as_wide_as_it_is_high)
 {
     start(90, 0, 0);
     wide_deg = 20;
+    fixed = true;
     for (int k = 0; k < 3; k++)
         ping(0, 1, 0, 0, 60, true);
     CHECK(at(26) && at(-26) && !at(31) && !at(-31));
-    CHECK_NEAR(geo_deg(b.level_rad), 10, 1e-4, 0);
+    CHECK_NEAR(level_deg(), 10, 1e-4, 0);
 }
 
 TEST(what_hears_little_above_and_below_level_shows_no_bearing)
@@ -219,7 +230,7 @@ TEST(sensors_add_up_and_the_least_opening_counts)
         ping(1, 32, 60, 150, 12, true);
     }
     CHECK(at(0) && at(100) && !at(200));
-    CHECK_NEAR(geo_deg(b.level_rad), 6, 1e-4, 0);
+    CHECK_NEAR(level_deg(), 6, 1e-4, 0);
     for (int deg = 0; deg < 30; deg += 3)
         ping(2, 1, deg, deg, 25, deg == 0); /* one in its first turn */
     CHECK(at(200));
@@ -489,9 +500,57 @@ TEST(a_set_has_the_bearings_within_so_much_of_one_and_a_part_more)
     }
 }
 
+/* Which it is its driver says: no ping of theirs does. */
+TEST(a_fan_that_begins_at_another_bearing_each_time_does_not_turn)
+{
+    start(0, 0, 0);
+    for (int k = 0; k < 9; k++)
+        ping(0, 32, -48 + k % 3, 48, 20, true);
+    struct bearings_looks looks;
+    bearings_tell(&b, turn_ms, &looks);
+    CHECK(!looks.bearings && !looks.first_turns && !looks.hears[0]);
+    CHECK(at(0) && at(40) && at(-40) && !at(180));
+}
+
+TEST(a_head_that_waits_at_a_bearing_may_look_anywhere)
+{
+    start(0, 0, 0);
+    for (int k = 0; k < 20; k++) {
+        ping(0, 1, -60, -60, 25, k == 0);
+        CHECK(at(0) && at(180));
+    }
+    sweeps(0, 1, 20);
+    CHECK(at(0) && !at(180));
+}
+
+/* Beams that come later add to it; of others that are as wide as a reload says nothing is left. */
+TEST(what_a_fan_covers_grows_with_its_beams_and_goes_with_their_width)
+{
+    start(0, 0, 0);
+    for (int k = 0; k < 3; k++)
+        ping(0, 16, -24, 24, 20, true);
+    CHECK(!at(40));
+    ping(0, 32, -48, 48, 20, true);
+    ping(0, 16, -24, 24, 20, true);
+    CHECK(at(40) && at(-40));
+    fixed = true;
+    wide_deg = 30;
+    ping(1, 1, 180, 180, 20, true);
+    CHECK(at(170) && at(190));
+    wide_deg = 12;
+    ping(1, 1, 180, 180, 20, true);
+    CHECK(at(180) && !at(170) && !at(190));
+    wide_deg = 40;
+    ping(1, 1, 180, 180, 12, true);
+    CHECK(at(170) && at(190));
+    CHECK_NEAR(level_deg(), 6, 1e-4, 0);
+    ping(1, 1, 180, 180, 30, true);
+    CHECK_NEAR(level_deg(), 10, 1e-4, 0);
+}
+
 int main(void)
 {
-    RUN(a_fan_looks_within_its_opening_from_its_second_ping_on);
+    RUN(a_fan_looks_within_its_opening_from_its_first_ping_on);
     RUN(a_fan_of_more_than_half_a_circle_does_not_look_astern);
     RUN(a_head_may_look_anywhere_until_a_turn_is_over);
     RUN(a_lost_ping_in_the_first_turns_is_no_gap_between_beams);
@@ -514,6 +573,9 @@ int main(void)
     RUN(a_deaf_pass_in_long_steps_shows_nothing);
     RUN(a_bearing_that_is_pinged_twice_is_no_step);
     RUN(what_a_head_jumps_over_it_has_not_heard);
+    RUN(a_fan_that_begins_at_another_bearing_each_time_does_not_turn);
+    RUN(a_head_that_waits_at_a_bearing_may_look_anywhere);
+    RUN(what_a_fan_covers_grows_with_its_beams_and_goes_with_their_width);
     RUN(a_set_has_the_bearings_within_so_much_of_one_and_a_part_more);
     return test_end();
 }
