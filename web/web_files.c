@@ -13,6 +13,7 @@ EMBED(web_page_css, "style.css");
 EMBED(web_page_app, "app.js");
 EMBED(web_page_draw, "draw.js");
 EMBED(web_page_words, "words.js");
+EMBED(web_page_image, "image.js");
 EMBED(web_page_live, "live.js");
 EMBED(web_page_panels, "panels.js");
 EMBED(web_page_view, "view.js");
@@ -31,6 +32,7 @@ static const struct web_file files[] = {
     FILE_AT("/app.js", "text/javascript; charset=utf-8", web_page_app),
     FILE_AT("/draw.js", "text/javascript; charset=utf-8", web_page_draw),
     FILE_AT("/words.js", "text/javascript; charset=utf-8", web_page_words),
+    FILE_AT("/image.js", "text/javascript; charset=utf-8", web_page_image),
     FILE_AT("/live.js", "text/javascript; charset=utf-8", web_page_live),
     FILE_AT("/panels.js", "text/javascript; charset=utf-8", web_page_panels),
     FILE_AT("/view.js", "text/javascript; charset=utf-8", web_page_view),

@@ -58,25 +58,31 @@ class Browser(Process):
         return status
 
 
-# What each sector of the ring is drawn as, by the colour in the middle of its inner half, where "clear" leaves the ring open;
-# of "unknown" any hatching within it.
-RING = """(() => {
+# What each sector of the ring is drawn as, and how solid: by how much of a state's colour is over that of the disc in the
+# middle of its inner half, where "clear" leaves the ring open, and of its outer half. Of "unknown" any hatching within it.
+RINGS = """(() => {
   const p = sonardPage.painter, g = p.geometry(), c = p.canvas, context = c.getContext("2d");
   const colour = (name) => { const h = p.colour[name]; return [1, 3, 5].map((k) => parseInt(h.slice(k, k + 2), 16)); };
-  const near = (d, name) => { const want = colour(name); return d[3] > 200 && want.every((v, k) => Math.abs(v - d[k]) < 30); };
+  const disc = colour("disc");
+  const share = (d, name) => {
+    const full = colour(name).map((v, k) => v - disc[k]), has = disc.map((v, k) => d[k] - v), dot = (a, b) => a.reduce((n, v, k) => n + v * b[k], 0);
+    const t = dot(full, has) / dot(full, full);
+    return d[3] > 200 && t > 0.4 && full.every((v, k) => Math.abs(v * t - has[k]) < 30) ? t : 0;
+  };
   const data = context.getImageData(0, 0, c.width, c.height).data;
   const at = (azimuth, r) => {
-    const a = (azimuth - 90) * Math.PI / 180, x = Math.round(g.c + r * Math.cos(a)), y = Math.round(g.c + r * Math.sin(a));
+    const a = (azimuth + p.turn - 90) * Math.PI / 180, x = Math.round(g.c + r * Math.cos(a)), y = Math.round(g.c + r * Math.sin(a));
     return data.slice(4 * (y * c.width + x), 4 * (y * c.width + x) + 4);
   };
   const sectors = sonardPage.state.sectors ? sonardPage.state.sectors.sectors : Array.from({ length: 72 }, (_, k) => ({ azimuth_deg: 5 * k, width_deg: 5 }));
   return sectors.map((s) => {
     const inner = at(s.azimuth_deg, g.inner + (g.outer - g.inner) * 0.25), outer = at(s.azimuth_deg, g.inner + (g.outer - g.inner) * 0.75);
-    if (near(inner, "blocked") && near(outer, "blocked")) return "blocked";
-    if (near(outer, "clear") && !near(inner, "clear")) return "clear";
-    return near(inner, "blocked") || near(outer, "blocked") || near(inner, "clear") || near(outer, "clear") ? "?" : "unknown";
+    if (share(inner, "blocked") && share(outer, "blocked")) return ["blocked", share(outer, "blocked")];
+    if (share(outer, "clear") && !share(inner, "clear")) return ["clear", share(outer, "clear")];
+    return [share(inner, "blocked") || share(outer, "blocked") || share(inner, "clear") || share(outer, "clear") ? "?" : "unknown", 0];
   });
 })()"""
+RING = RINGS + ".map(([state]) => state)"
 
 
 def begun(bench, scene="box", pings=210, **sonar):
@@ -96,6 +102,8 @@ def drawn(bench):
     """Ring, image, numbers and words against the socket."""
     _, client, _, browser = begun(bench)
     until(lambda: browser.eval("sonardPage.rows.size") >= 200, "the whole image")
+    own = client.call("sectors")["distance_m"]
+    until(lambda: browser.eval("sonardPage.state.sectors.distance_m") == own and browser.text("#judged") == "Ring judged to %.2f m" % own, "look_ahead as it is by itself")
     browser.do("choose", selector="#distance", value="3")
 
     def within(s, distance_m):
@@ -114,8 +122,20 @@ def drawn(bench):
     wrong = [5 * k for k, state in enumerate(ring) if state == "clear" and
              client.call("blocked", azimuth_deg=5 * k, distance_m=3, half_angle_deg=2.5)["state"] != "clear"]
     check(not wrong, "drawn clear, but not so for the socket: %s" % wrong)
-    browser.do("choose", selector="#distance", value="")
+    browser.do("choose", selector="#distance", value="0")
     until(lambda: "blocked" in browser.eval(RING), "obstacles that are farther away")
+
+    def how_far():
+        """Obstacles are drawn the more solid the nearer they are, and the numbers around are those of the socket."""
+        answer = client.call("sectors", distance_m=0)
+        drawn = [(s["range_m"] / answer["distance_m"], share) for s, (state, share) in zip(answer["sectors"], browser.eval(RINGS))
+                 if s["state"] == "blocked" and state == "blocked"]
+        wrong = [d for d in drawn if abs(0.45 + 0.55 * max(0, 1 - d[0]) - d[1]) > 0.05]
+        told = browser.eval("sonardPage.numbers()")
+        said = [min((s["range_m"] for k in (-1, 0, 1) for s in [answer["sectors"][(3 * i + k) % 72]] if s["state"] == "blocked"), default=None) for i in range(24)]
+        differ = [(s, t) for s, t in zip(said, told) if s is not None and not 0 <= s - float(t) < 1.001 - 0.9 * (s < 10)]
+        return len(drawn) > 20 and len(wrong) <= 2 and len(differ) <= 1
+    until(how_far, "how far the obstacles are")
     said = {round(r["azimuth_deg"] * 100): r for r in client.call("image")["rows"]}
     rows = browser.eval("Array.from(sonardPage.rows, ([k, r]) => [k, r.echoes.map(e => e.range), Array.from(r.bins.slice(0, 40))])")
     same = sum(1 for k, echoes, bins in rows if k in said and bytes(bins).hex() == said[k]["samples"][:80]
@@ -225,19 +245,19 @@ def warns(bench):
 def heading(bench):
     """Where the vehicle points is told while a fresh pose says so, with a mark at north; an old heading is none."""
     _, client, _, browser = begun(bench, pings=20)
-    check(browser.text("#compass").split("\n") == ["Heading unknown", "no pose"], browser.text("#compass"))
-    mark = """(() => { const p = sonardPage.painter, g = p.geometry(), a = (-100 - 90) * Math.PI / 180, r = g.outer + 12 * g.u;
-      const d = p.context.getImageData(Math.round(g.c + r * Math.cos(a) - 7 * g.u), Math.round(g.c + r * Math.sin(a)), 1, 1).data;
+    check(browser.text("#compass") == "Heading unknown no pose", browser.text("#compass"))
+    mark = """(() => { const p = sonardPage.painter, g = p.geometry(), a = (-100 - 90) * Math.PI / 180, r = g.disc - 10 * g.u;
+      const d = p.context.getImageData(Math.round(g.c + r * Math.cos(a) - 6 * g.u), Math.round(g.c + r * Math.sin(a)), 1, 1).data;
       const h = p.colour.accent; return [1, 3, 5].every((k, i) => Math.abs(parseInt(h.slice(k, k + 2), 16) - d[i]) < 30); })()"""
     check(not browser.eval(mark), "a north mark without a heading")
 
     def told():
         client.call("pose", attitude_deg=[5, -3, 100])
-        return browser.text("#compass").startswith("Heading 100°\npose 0.") and browser.eval(mark)
+        return browser.text("#compass").startswith("Heading 100° pose 0.") and browser.eval(mark)
     until(told, "a heading of 100 degrees and north at its place")
     check(client.call("status")["pose"]["attitude_deg"] == [5, -3, 100], client.call("status")["pose"])
     until(lambda: "5.0°, -3.0°" in browser.text("#vehicle"), "roll and pitch")
-    until(lambda: browser.text("#compass").startswith("Heading unknown\npose ") and not browser.eval(mark), "no heading of an old pose")
+    until(lambda: browser.text("#compass").startswith("Heading unknown pose ") and not browser.eval(mark), "no heading of an old pose")
     check("heading" not in browser.text("#vehicle"), browser.text("#vehicle"))
 
 
@@ -281,6 +301,7 @@ def looks_back(bench):
     capture, = glob.glob(bench.path("kept/*.mcap"))
     web, browser = Web(bench), Browser(bench)
     browser.do("open", url="http://127.0.0.1:%d/" % web.port, width=1280, height=860)
+    browser.do("choose", selector="#distance", value="0")
     client = bench.sonard("--replay", capture, "--speed", "1", "--stay", "--socket", bench.socket_path, conf=False).client()
     known = []
 
@@ -322,6 +343,7 @@ def jumps(bench):
     check(browser.eval("document.querySelector('#at').disabled"), "it can be moved without --replay")
     web = Web(bench, "--replay")
     browser.do("open", url="http://127.0.0.1:%d/" % web.port, width=1280, height=860)
+    browser.do("choose", selector="#distance", value="0")
     until(lambda: browser.eval("!document.querySelector('#replay').hidden && !document.querySelector('#at').disabled"), "the time line")
     length = daemon.client().call("status")["replay"]["length_s"]
     check(abs(browser.eval("Number(document.querySelector('#at').max)") - length) < 0.01, "another length")

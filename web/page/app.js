@@ -14,8 +14,8 @@ const painter = new Painter($("canvas"));
 function wanted() {
   if (document.hidden) return [];
   const list = [{ method: "status" }, { method: "stats" }, { method: "plan" }, { method: "map" }];
-  const distance = parseFloat($("distance").value);
-  list.push({ method: "sectors", params: { distance_m: distance || 0 } });
+  const distance = $("distance").value; // empty: as the daemon has it by itself
+  list.push({ method: "sectors", params: distance === "" ? {} : { distance_m: parseFloat(distance) } });
   if (view.tab === "map") list.push({ method: "map_slice", params: sliceParams() });
   else {
     list.push({ method: "image", params: view.sensor ? { sensor: view.sensor } : {} });
@@ -106,7 +106,7 @@ function draw() {
     const now = fresh();
     if (view.tab === "map") painter.map(state.slice && state.slice.rows.length > 1 ? state.slice : null, track, now);
     else
-      painter.sonar({ fresh: now, sectors: now ? sectorsNow() : [], near: now ? shown().near_m : 0, rows: view.rows, fade, range: range(), newest: view.newest, selected: view.selected, heading: now ? headingNow() : null });
+      painter.sonar({ fresh: now, sectors: now ? sectorsNow() : [], near: now ? shown().near_m : 0, judged: judged() ?? 0, turn: 0, rows: view.rows, fade, range: range(), newest: view.newest, selected: view.selected, heading: now ? headingNow() : null });
   }), wait);
 }
 
@@ -132,11 +132,13 @@ function showTarget() {
   $("clear-of").lastChild.textContent = text ? `clear of: ${text}` : "clear";
 }
 
-// In the corner of the picture: where it points, and how old that is.
-function showCompass() {
+// Above the picture: where it points, how old that is, and how far the ring is judged.
+function showCaption() {
   const p = fresh() ? poseShown() : null, heading = p ? headingNow() : null;
   const old = !p ? "" : p.age_s === null ? "no pose" : `pose ${words.seconds(p.age_s)} old`;
-  fill($("compass"), make("b", heading === null ? "Heading unknown" : `Heading ${words.degrees(heading)}`), make("small", old));
+  const distance = judged();
+  fill($("compass"), make("b", heading === null ? "Heading unknown" : `Heading ${words.degrees(heading)}`), " " + old);
+  $("judged").textContent = distance === null ? "" : `Ring judged to ${words.metres(distance)}`;
 }
 
 function showBack() {
@@ -186,7 +188,7 @@ function show() {
     showTarget();
     showSonars();
     showVehicle();
-    showCompass();
+    showCaption();
     showWhy();
     showTiming();
     showPlan();
@@ -293,4 +295,4 @@ connect({ wanted, news: show, newRows, forgotten });
 show();
 
 // For tests: what is shown, and from what.
-globalThis.sonardPage = { state, past, rows, view, fresh, painter };
+globalThis.sonardPage = { state, past, rows, view, fresh, painter, numbers: () => words.aroundInNumbers(sectorsNow(), shown().near_m).map((n) => n.text) };

@@ -1,85 +1,18 @@
 // SPDX-License-Identifier: MIT
 // The pictures: the sonar's image with the ring around it, and the slice of the map. Colours come from the style sheet.
-import { metres } from "./words.js";
+import { Image, palette } from "./image.js";
+import { aroundInNumbers, metres } from "./words.js";
 
 const TAU = 2 * Math.PI;
-const rad = (deg) => ((deg - 90) * Math.PI) / 180; // azimuth, clockwise from up, to the canvas's angle
-const SLOTS = 720; // directions of the image, half a degree each
-const PALETTES = {
-  dark: [[7, 12, 16], [23, 69, 107], [95, 128, 135], [201, 182, 96], [255, 243, 176]],
-  light: [[255, 255, 255], [201, 220, 234], [123, 166, 198], [42, 95, 142], [4, 32, 63]],
-};
+const rad = (deg) => ((deg - 90) * Math.PI) / 180; // an angle on the screen, clockwise from up, to the canvas's angle
+const apart = (a, b) => Math.abs(((a - b + 540) % 360) - 180);
+const FACE = "system-ui, sans-serif";
 
-function palette(theme) {
-  const stops = PALETTES[theme], table = new Uint8Array(256 * 3);
-  for (let i = 0; i < 256; i++) {
-    const at = Math.pow(i / 255, 0.7) * (stops.length - 1), k = Math.min(stops.length - 2, Math.floor(at));
-    for (let c = 0; c < 3; c++) table[3 * i + c] = stops[k][c] + (at - k) * (stops[k + 1][c] - stops[k][c]);
-  }
-  return table;
-}
-
-// The rows of a sonar painted into a square of pixels, each with the newest row that covers it.
-export class Image {
-  constructor(size) {
-    this.size = size;
-    this.canvas = document.createElement("canvas");
-    this.canvas.width = this.canvas.height = size;
-    this.context = this.canvas.getContext("2d");
-    this.pixels = this.context.createImageData(size, size);
-    this.rho = new Float32Array(size * size);
-    const slot = new Int16Array(size * size).fill(-1), count = new Int32Array(SLOTS + 1);
-    for (let y = 0; y < size; y++)
-      for (let x = 0; x < size; x++) {
-        const dx = (x + 0.5) / size - 0.5, dy = (y + 0.5) / size - 0.5, r = 2 * Math.hypot(dx, dy), i = y * size + x;
-        if (r > 1) continue;
-        this.rho[i] = r;
-        slot[i] = Math.floor((((Math.atan2(dx, -dy) / TAU) * SLOTS + SLOTS) % SLOTS));
-        count[slot[i] + 1]++;
-      }
-    for (let k = 0; k < SLOTS; k++) count[k + 1] += count[k];
-    this.first = count.slice(); // of the pixels of a slot in this.at
-    this.at = new Int32Array(count[SLOTS]);
-    const fill = count.slice();
-    for (let i = 0; i < slot.length; i++) if (slot[i] >= 0) this.at[fill[slot[i]]++] = i;
-    this.clear();
-  }
-
-  clear() {
-    this.cover = new Array(SLOTS).fill(null);
-    this.pixels.data.fill(0);
-  }
-
-  // A row that came: the slots that it now covers.
-  take(row) {
-    const from = Math.floor(((row.azimuth - row.width / 2) / 360) * SLOTS), n = Math.max(1, Math.ceil((row.width / 360) * SLOTS));
-    const changed = [];
-    for (let k = 0; k < n; k++) {
-      const slot = (((from + k) % SLOTS) + SLOTS) % SLOTS;
-      if (this.cover[slot] && this.cover[slot].t > row.t) continue;
-      this.cover[slot] = row;
-      changed.push(slot);
-    }
-    return changed;
-  }
-
-  paint(slots, range, fade, table) {
-    const data = this.pixels.data;
-    for (const slot of slots) {
-      const row = this.cover[slot];
-      if (!row) continue;
-      const scale = range / ((row.r1 - row.r0) || 1), start = row.r0 / ((row.r1 - row.r0) || 1), alpha = 255 * fade(row);
-      for (let k = this.first[slot]; k < this.first[slot + 1]; k++) {
-        const i = this.at[k], bin = Math.floor((this.rho[i] * scale - start) * row.bins.length);
-        const inside = bin >= 0 && bin < row.bins.length, v = inside ? row.bins[bin] * 3 : 0;
-        data[4 * i] = table[v];
-        data[4 * i + 1] = table[v + 1];
-        data[4 * i + 2] = table[v + 2];
-        data[4 * i + 3] = inside ? alpha : 0;
-      }
-    }
-    this.context.putImageData(this.pixels, 0, 0);
-  }
+// How solid a sector of the ring is: an obstacle the more so the nearer it stands, free water the farther it is free.
+export function shade(s, judged) {
+  if (s.state === "unknown" || !judged) return 1;
+  const part = s.state === "blocked" ? 1 - s.range_m / judged : s.free_to_m / judged - 1;
+  return 0.45 + 0.55 * Math.min(1, Math.max(0, part));
 }
 
 export class Painter {
@@ -87,6 +20,8 @@ export class Painter {
     this.canvas = canvas;
     this.context = canvas.getContext("2d");
     this.image = new Image(560);
+    this.turn = 0; // of the picture, clockwise in degrees: where the bow points on the screen
+    this.scaleAt = 0; // direction of the scale's labels
     this.restyle();
   }
 
@@ -95,7 +30,7 @@ export class Painter {
     this.colour = {};
     for (const name of ["ground", "panel", "line", "text", "muted", "accent", "blocked", "clear", "unknown", "disc", "echo", "echo-edge"])
       this.colour[name] = style.getPropertyValue("--" + name).trim();
-    this.table = palette(document.documentElement.dataset.theme === "light" ? "light" : "dark");
+    this.table = palette(document.documentElement.dataset.theme);
     const tile = document.createElement("canvas"), t = tile.getContext("2d");
     tile.width = tile.height = 8;
     t.strokeStyle = this.colour.unknown;
@@ -123,19 +58,24 @@ export class Painter {
     return { u, c: this.side / 2, outer, inner: outer - thick, disc: outer - thick - 4 * u };
   }
 
+  // An azimuth from the bow to the canvas's angle.
+  rad(azimuth) {
+    return rad(azimuth + this.turn);
+  }
+
   sector(from, to, r0, r1) {
     const g = this.context, c = this.side / 2;
     g.beginPath();
-    g.arc(c, c, r1, rad(from), rad(to));
-    g.arc(c, c, Math.max(0, r0), rad(to), rad(from), true);
+    g.arc(c, c, r1, this.rad(from), this.rad(to));
+    g.arc(c, c, Math.max(0, r0), this.rad(to), this.rad(from), true);
     g.closePath();
   }
 
   // model: what is known now (app.js); everything is unknown when model.fresh is false.
   sonar(model) {
     const g = this.begin(), { u, c, outer, inner, disc } = this.geometry(), px = disc / model.range;
-    const colour = this.colour;
-    g.fillStyle = colour.disc;
+    this.turn = model.turn;
+    g.fillStyle = this.colour.disc;
     g.beginPath();
     g.arc(c, c, disc, 0, TAU);
     g.fill();
@@ -144,12 +84,11 @@ export class Painter {
       g.beginPath();
       g.arc(c, c, disc, 0, TAU);
       g.clip();
-      g.imageSmoothingQuality = "high";
-      g.drawImage(this.image.canvas, c - disc, c - disc, 2 * disc, 2 * disc);
+      this.picture(c, disc);
       this.freeWater(model, px, disc);
       g.restore();
     }
-    this.scale(model, px, disc);
+    this.circles(model, px, disc);
     if (model.fresh) {
       this.echoes(model, px, disc);
       this.obstacles(model, px, disc);
@@ -157,23 +96,20 @@ export class Painter {
     }
     this.ring(model, inner, outer);
     this.selection(model, disc, outer);
-    this.boat(c, c, 0, u);
-    this.bearings(outer, u);
-    if (model.heading !== null) this.north(-model.heading, outer, u);
+    this.boat(c, c, this.turn, u);
+    this.labels(model, px, disc);
+    this.bearings(model, disc, u);
+    if (model.fresh) this.numbers(model, outer, u);
   }
 
-  // Where north is in the picture, which has the bow at the top.
-  north(azimuth, outer, u) {
-    const g = this.context, c = this.side / 2, r = outer + 12 * u, x = c + r * Math.cos(rad(azimuth)), y = c + r * Math.sin(rad(azimuth));
-    g.beginPath();
-    g.arc(x, y, 10 * u, 0, TAU);
-    g.fillStyle = this.colour.accent;
-    g.fill();
-    g.font = `700 ${12 * u}px system-ui, sans-serif`;
-    g.textAlign = "center";
-    g.textBaseline = "middle";
-    g.fillStyle = this.colour.ground;
-    g.fillText("N", x, y);
+  picture(c, disc) {
+    const g = this.context;
+    g.save();
+    g.translate(c, c);
+    g.rotate((this.turn * Math.PI) / 180);
+    g.imageSmoothingQuality = "high";
+    g.drawImage(this.image.canvas, -disc, -disc, 2 * disc, 2 * disc);
+    g.restore();
   }
 
   freeWater(model, px, disc) {
@@ -189,37 +125,59 @@ export class Painter {
       g.strokeStyle = this.colour.clear;
       g.lineWidth = 1.6 * this.unit;
       g.beginPath();
-      g.arc(this.side / 2, this.side / 2, r1, rad(s.azimuth_deg - s.width_deg / 2), rad(s.azimuth_deg + s.width_deg / 2));
+      g.arc(this.side / 2, this.side / 2, r1, this.rad(s.azimuth_deg - s.width_deg / 2), this.rad(s.azimuth_deg + s.width_deg / 2));
       if (s.free_to_m * px < disc) g.stroke();
     }
     g.globalAlpha = 1;
   }
 
-  scale(model, px, disc) {
-    const g = this.context, c = this.side / 2, u = this.unit;
-    const step = [0.25, 0.5, 1, 2, 5, 10, 20, 50].find((s) => model.range / s <= 5) || 100;
-    g.font = `${11 * u}px system-ui, sans-serif`;
-    g.textAlign = "left";
+  circle(r, width, colour, dash) {
+    const g = this.context, c = this.side / 2;
+    g.lineWidth = width * this.unit;
+    g.strokeStyle = colour;
+    g.setLineDash(dash.map((v) => v * this.unit));
+    g.beginPath();
+    g.arc(c, c, r, 0, TAU);
+    g.stroke();
+    g.setLineDash([]);
+  }
+
+  step(model) {
+    return [0.25, 0.5, 1, 2, 5, 10, 20, 50].find((s) => model.range / s <= 5) || 100;
+  }
+
+  circles(model, px, disc) {
+    const g = this.context, step = this.step(model);
+    g.globalAlpha = 0.35;
+    for (let r = step; r < model.range * 0.999; r += step) this.circle(r * px, 1, this.colour.muted, []);
+    g.globalAlpha = 1;
+    if (model.near > 0) this.circle(Math.min(model.near * px, disc), 1, this.colour.muted, [3, 3]);
+    if (model.judged * px < disc) this.circle(model.judged * px, 1.5, this.colour.accent, [8, 5]);
+  }
+
+  // The ranges of the circles, along the direction where they cover least; it changes only for a better one.
+  labels(model, px, disc) {
+    const g = this.context, c = this.side / 2, u = this.unit, step = this.step(model);
+    const candidates = Array.from({ length: 8 }, (_, k) => 22.5 + 45 * k);
+    const covered = candidates.map((a) => {
+      const screen = (azimuth) => apart(azimuth + this.turn, a) < 12;
+      let n = model.sectors.filter((s) => s.obstacle && screen(s.azimuth_deg)).length;
+      for (const row of model.rows.values()) if (screen(row.azimuth)) n += row.echoes.length;
+      return n;
+    });
+    const best = covered.indexOf(Math.min(...covered));
+    if (covered[best] + 3 < covered[this.scaleAt]) this.scaleAt = best;
+    const a = rad(candidates[this.scaleAt]);
+    g.font = `${11 * u}px ${FACE}`;
+    g.textAlign = "center";
     g.textBaseline = "middle";
-    for (let r = step; r < model.range * 0.999; r += step) {
-      g.lineWidth = u;
-      g.strokeStyle = this.colour.muted;
-      g.globalAlpha = 0.35;
-      g.beginPath();
-      g.arc(c, c, r * px, 0, TAU);
-      g.stroke();
-      g.globalAlpha = 1;
-      this.label(`${+r.toFixed(2)} m`, c + 3 * u, c - r * px, this.colour.muted);
+    const judged = model.judged > 0 && model.judged * px < disc - 24 * u ? c + model.judged * px + 9 * u : null; // below its circle
+    for (let r = step; r * px < disc - 24 * u; r += step) {
+      const x = c + r * px * Math.cos(a), y = c + r * px * Math.sin(a);
+      const free = judged === null || Math.abs(x - c) > 70 * u || Math.abs(y - judged) > 14 * u;
+      if (free && r * px > 16 * u) this.label(`${+r.toFixed(2)} m`, x, y, this.colour.muted);
     }
-    if (model.near > 0) {
-      g.lineWidth = u;
-      g.setLineDash([3 * u, 3 * u]);
-      g.strokeStyle = this.colour.muted;
-      g.beginPath();
-      g.arc(c, c, Math.min(model.near * px, disc), 0, TAU);
-      g.stroke();
-      g.setLineDash([]);
-    }
+    if (judged !== null) this.label(`judged to ${metres(model.judged)}`, c, judged, this.colour.accent);
   }
 
   label(text, x, y, colour) {
@@ -238,7 +196,7 @@ export class Painter {
       for (const echo of row.echoes) {
         const r = echo.range * px;
         if (r > disc - 2 * u) continue;
-        const a = rad(row.azimuth), x = c + r * Math.cos(a), y = c + r * Math.sin(a);
+        const a = this.rad(row.azimuth), x = c + r * Math.cos(a), y = c + r * Math.sin(a);
         g.globalAlpha = Math.max(0.15, model.fade(row));
         g.beginPath();
         g.arc(x, y, ((echo.marks ? 1.6 : 1.2) + 1.4 * echo.sure) * u, 0, TAU);
@@ -261,7 +219,7 @@ export class Painter {
     const g = this.context, c = this.side / 2, u = this.unit;
     for (const s of model.sectors) {
       if (!s.obstacle || s.range_m * px > disc) continue;
-      const from = rad(s.azimuth_deg - s.width_deg / 2), to = rad(s.azimuth_deg + s.width_deg / 2);
+      const from = this.rad(s.azimuth_deg - s.width_deg / 2), to = this.rad(s.azimuth_deg + s.width_deg / 2);
       for (const [width, colour] of [[5.5, this.colour.disc], [3.2, this.colour.blocked]]) {
         g.lineWidth = width * u;
         g.strokeStyle = colour;
@@ -274,7 +232,7 @@ export class Painter {
 
   sweep(model, disc) {
     if (!model.newest) return;
-    const g = this.context, c = this.side / 2, a = rad(model.newest.azimuth);
+    const g = this.context, c = this.side / 2, a = this.rad(model.newest.azimuth);
     g.strokeStyle = this.colour.text;
     g.globalAlpha = 0.75;
     g.lineWidth = 1.5 * this.unit;
@@ -292,13 +250,30 @@ export class Painter {
       const from = s.azimuth_deg - s.width_deg / 2, to = s.azimuth_deg + s.width_deg / 2;
       const gap = sectors.length > 1 ? Math.min(0.35, s.width_deg * 0.08) : 0;
       this.sector(from + gap, to - gap, s.state === "clear" ? (inner + outer) / 2 : inner, outer);
+      g.fillStyle = this.colour.disc;
+      g.fill();
+      g.globalAlpha = shade(s, model.judged);
       g.fillStyle = s.state === "blocked" ? this.colour.blocked : s.state === "clear" ? this.colour.clear : this.hatch;
       g.fill();
+      g.globalAlpha = 1;
       if (s.state === "unknown") {
         g.lineWidth = 0.7 * u;
         g.strokeStyle = this.colour.unknown;
         g.stroke();
       }
+    }
+  }
+
+  // How far it is in metres, a number for each 15 degrees.
+  numbers(model, outer, u) {
+    const g = this.context, c = this.side / 2, r = outer + 12 * u;
+    g.textAlign = "center";
+    g.textBaseline = "middle";
+    for (const { azimuth, state, text } of aroundInNumbers(model.sectors, model.near)) {
+      const a = this.rad(azimuth);
+      g.font = `${state === "blocked" ? "700 " : ""}${11 * u}px ${FACE}`;
+      g.fillStyle = state === "unknown" ? this.colour.muted : this.colour[state];
+      g.fillText(text, c + r * Math.cos(a), c + r * Math.sin(a));
     }
   }
 
@@ -334,16 +309,25 @@ export class Painter {
     g.restore();
   }
 
-  bearings(outer, u) {
-    const g = this.context, c = this.side / 2;
+  // Bearings at the rim: from the bow, or from north where that is at the top; and where north is.
+  bearings(model, disc, u) {
+    const g = this.context, c = this.side / 2, r = disc - 10 * u, north = model.heading === null ? null : this.turn - model.heading;
+    const at = (a) => [c + r * Math.cos(rad(a)), c + r * Math.sin(rad(a))];
     g.textAlign = "center";
     g.textBaseline = "middle";
     for (let a = 0; a < 360; a += 30) {
-      const main = a % 90 === 0, r = outer + 12 * u;
-      g.font = `${main ? "600 " : ""}${11 * u}px system-ui, sans-serif`;
-      g.fillStyle = main ? this.colour.text : this.colour.muted;
-      g.fillText(String(a), c + r * Math.cos(rad(a)), c + r * Math.sin(rad(a)));
+      if (north !== null && apart(a, north) < 3 + (1200 * u) / r) continue;
+      g.font = `${a % 90 === 0 ? "600 " : ""}${10 * u}px ${FACE}`;
+      this.label(`${a}°`, ...at(a), a % 90 === 0 ? this.colour.text : this.colour.muted);
     }
+    if (north === null) return;
+    g.beginPath();
+    g.arc(...at(north), 9 * u, 0, TAU);
+    g.fillStyle = this.colour.accent;
+    g.fill();
+    g.font = `700 ${11 * u}px ${FACE}`;
+    g.fillStyle = this.colour.ground;
+    g.fillText("N", ...at(north));
   }
 
   // slice: a result of map_slice, or null; track: places [north, east].
@@ -376,7 +360,7 @@ export class Painter {
     g.stroke();
     if (slice.vehicle_m) this.boat(x(slice.vehicle_m[1]), y(slice.vehicle_m[0]), slice.heading_deg || 0, u);
     const step = [0.5, 1, 2, 5, 10, 20, 50].find((s) => size / s <= 6) || 100, length = (step / size) * side;
-    g.font = `600 ${12 * u}px system-ui, sans-serif`;
+    g.font = `600 ${12 * u}px ${FACE}`;
     g.textAlign = "left";
     g.textBaseline = "bottom";
     this.label(metres(step), 12 * u, side - 16 * u, this.colour.text);

@@ -61,6 +61,19 @@ export function summary(sectors, azimuth, half) {
   return { state: clear ? "clear" : "unknown", free_to_m: isFinite(free_to_m) ? free_to_m : 0, age_s };
 }
 
+// Metres to the obstacle, or that are free; "?" where it is unknown, after what is free before. Cut off and not rounded:
+// never farther than it is.
+function howFar(s, near) {
+  const m = s.state === "blocked" ? s.range_m : s.free_to_m, text = m < 10 ? (Math.floor(m * 10) / 10).toFixed(1) : String(Math.floor(m));
+  return s.state !== "unknown" ? text : m > near ? text + "?" : "?";
+}
+
+// The numbers around the ring, one for each 15 degrees: [{azimuth, state, text}].
+export const aroundInNumbers = (sectors, near) => Array.from({ length: 24 }, (_, k) => {
+  const s = summary(sectors, 15 * k, 7.5);
+  return { azimuth: 15 * k, state: s.state, text: howFar(s, near) };
+});
+
 // What clear water is clear of, as an answer says it: mud is no wall.
 export function target(a) {
   if (!a || !a.target) return "";
