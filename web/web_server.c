@@ -3,9 +3,11 @@
 
 #include <errno.h>
 #include <inttypes.h>
+#include <netdb.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/socket.h>
 
 #include "web_budget.h"
 #include "web_files.h"
@@ -15,6 +17,7 @@
 #include "web_metrics.h"
 #include "web_openapi.h"
 #include "web_query.h"
+#include "web_stranger.h"
 
 #define DESCRIPTORS_MAX 192   /* connections of browsers and programs, together */
 #define HEADERS_MAX     8192  /* bytes of a request */
@@ -244,6 +247,34 @@ static const char *header(struct lws *wsi, enum lws_token_indexes which, char *v
     return lws_hdr_copy(wsi, value, size, which) > 0 ? value : NULL;
 }
 
+/* Address and port of this end of the connection, as in a URL. */
+static void name_here(struct lws *wsi, char here[HOST_BYTES])
+{
+    struct sockaddr_storage address;
+    socklen_t size = sizeof address;
+    char host[NI_MAXHOST], port[NI_MAXSERV];
+    const char *plain = host;
+
+    if (getsockname(lws_get_socket_fd(wsi), (struct sockaddr *)&address, &size) < 0 ||
+        getnameinfo((struct sockaddr *)&address, size, host, sizeof host, port, sizeof port,
+                    NI_NUMERICHOST | NI_NUMERICSERV) != 0) {
+        snprintf(here, HOST_BYTES, "127.0.0.1:9360");
+        return;
+    }
+    if (strncmp(host, "::ffff:", 7) == 0)
+        plain = host + 7; /* an IPv4 connection to an IPv6 socket */
+    host[strcspn(host, "%")] = '\0';
+    snprintf(here, HOST_BYTES, strchr(plain, ':') ? "[%.64s]:%.8s" : "%.64s:%.8s", plain, port);
+}
+
+/* Browsers say that they would like a page; programs get the sentence as JSON. */
+static bool wants_page(struct lws *wsi)
+{
+    char accept[HOST_BYTES];
+
+    return header(wsi, WSI_TOKEN_HTTP_ACCEPT, accept, sizeof accept) && strstr(accept, "text/html");
+}
+
 static bool is_ours(struct lws *wsi, const struct web_guard *guard, char host[HOST_BYTES], struct fault *fault)
 {
     char origin[HOST_BYTES];
@@ -351,6 +382,19 @@ static void serve(struct exchange *e, const char *path)
     }
 }
 
+static void refuse_stranger(struct exchange *e, const char *why)
+{
+    char here[HOST_BYTES];
+
+    if (wants_page(e->wsi) && !web_guard_host(&e->server->guard, e->host)) {
+        name_here(e->wsi, here);
+        respond_owned(e, 403, "text/html; charset=utf-8", web_stranger_page(e->host, here));
+    } else {
+        refuse(e, 403, -32001, why);
+    }
+    e->host[0] = '\0'; /* such a name is in no policy */
+}
+
 static int receive(struct web_server *server, struct exchange *e, struct lws *wsi, const char *path)
 {
     struct fault fault;
@@ -368,8 +412,7 @@ static int receive(struct web_server *server, struct exchange *e, struct lws *ws
     }
     e->head = method == LWSHUMETH_HEAD;
     if (!is_ours(wsi, &server->guard, e->host, &fault)) {
-        e->host[0] = '\0';
-        refuse(e, 403, -32001, fault.text);
+        refuse_stranger(e, fault.text);
     } else {
         serve(e, path);
     }

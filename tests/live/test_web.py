@@ -315,6 +315,10 @@ def who_may_ask(bench):
             status, _, body = web.request(path, host=host)
             check(status == (200 if good else 403), "%s %s: %s" % (host, path, status))
             check(good or b"version" not in body, "it answered")
+        status, head, body = web.request("/", host=host, headers=["Accept: text/html,*/*"])
+        check(good or (status == 403 and head["content-type"].startswith("text/html") and b"http://127.0.0.1:%d/" % port in body),
+              "%s: a person is not told what to type: %s" % (host, body))
+        check("default-src 'none'" in head["content-security-policy"] and ("evil" not in head["content-security-policy"]), head)
         page = Page(web, host=host)
         check((page.status == 101) == good, "%s: WebSocket %s" % (host, page.status))
         page.close()

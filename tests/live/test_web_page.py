@@ -238,6 +238,16 @@ def warns(bench):
     until(unknown, "unknown directions under an old pose")
     bench.processes[0].command("unplug")
     until(lambda: "no port" in browser.text("#warnings") or "sends no pings" in browser.text("#warnings"), "a warning of the sonar")
+    said = browser.text("#warnings")
+    check("no data from" not in said and "pose is too old" not in said, "it says one thing twice: " + said)
+    url = browser.eval("location.href")
+    for width, height in ((1280, 860), (1366, 700), (390, 844), (844, 390), (667, 375), (900, 600), (1024, 768), (768, 1024)):
+        browser.do("open", url=url, width=width, height=height)
+        until(lambda: "The pose is" in browser.text("#warnings"), "warnings of %dx%d" % (width, height))
+        box = browser.eval("(({left, top, right, bottom}) => [left, top, right, bottom])(document.querySelector('#canvas').getBoundingClientRect())")
+        check(box[0] >= 0 and box[1] >= 0 and box[2] <= width and box[3] <= height, "the ring is cut off on %dx%d: %s" % (width, height, box))
+        check(box[2] - box[0] > 0.55 * min(width, height), "a small ring on %dx%d: %s" % (width, height, box))
+        check(browser.eval("document.documentElement.scrollWidth <= innerWidth"), "wider than %dx%d" % (width, height))
     bench.processes[0].command("plug")
     until(lambda: "no port" not in browser.text("#warnings") and "sends no pings" not in browser.text("#warnings"), "its end", 40)
 

@@ -312,13 +312,13 @@ export class Painter {
   // Bearings at the rim: from the bow, or from north where that is at the top; and where north is.
   bearings(model, disc, u) {
     const g = this.context, c = this.side / 2, r = disc - 10 * u, north = model.heading === null ? null : this.turn - model.heading;
-    const at = (a) => [c + r * Math.cos(rad(a)), c + r * Math.sin(rad(a))];
+    const at = (a, inward = 0) => [c + (r - inward) * Math.cos(rad(a)), c + (r - inward) * Math.sin(rad(a))];
     g.textAlign = "center";
     g.textBaseline = "middle";
     for (let a = 0; a < 360; a += 30) {
       if (north !== null && apart(a, north) < 3 + (1200 * u) / r) continue;
       g.font = `${a % 90 === 0 ? "600 " : ""}${10 * u}px ${FACE}`;
-      this.label(`${a}°`, ...at(a), a % 90 === 0 ? this.colour.text : this.colour.muted);
+      this.label(`${a}°`, ...at(a, 8 * u * Math.abs(Math.cos(rad(a)))), a % 90 === 0 ? this.colour.text : this.colour.muted);
     }
     if (north === null) return;
     g.beginPath();

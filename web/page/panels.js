@@ -28,14 +28,18 @@ export function fill(element, ...nodes) {
   element.replaceChildren(...next.childNodes);
 }
 
+// All of them beside the picture; where that is below it, the gravest also in one line above.
 export function showWarnings() {
-  const list = state.status ? words.warnings(state.status, rates) : [];
+  const list = state.status ? words.warnings(state.status, rates) : [], first = list.find((w) => w.grave) || list[0];
   fill($("warnings"), ...list.map((w) => {
     const e = make("div", undefined, "warning" + (w.grave ? " grave" : "")), text = make("div");
     text.append(make("b", w.what), w.remedy);
     e.append(text);
     return e;
   }));
+  $("alarm").hidden = !first;
+  $("alarm").textContent = first ? `⚠ ${first.what}${list.length > 1 ? ` (1 of ${list.length})` : ""}` : "";
+  $("alarm").classList.toggle("grave", !!first && first.grave);
 }
 
 export function showTiles() {

@@ -129,6 +129,12 @@ export function echoes(rows, azimuth, half) {
 // "No position: ... ." of "no position: ...": what the daemon says, as a sentence by itself.
 const sentence = (text) => text.charAt(0).toUpperCase() + text.slice(1) + ".";
 
+// Does another warning name the cause of what `data` says?
+function isNamed(status) {
+  const lost = status.sensors.some((s) => s.state !== "running"), deaf = status.sensors.some((s) => s.hearing_doubt), age = status.pose.age_s;
+  return (lost && /no data from|stopped sending/.test(status.data)) || (deaf && status.data.includes("hearing_doubt")) || (age !== null && age > 1 && status.data.includes("pose is too old"));
+}
+
 // What a person should do something about: [{what, remedy, grave}].
 export function warnings(status, rates) {
   const list = [], add = (what, todo, grave) => list.push({ what, remedy: todo, grave: !!grave });
@@ -142,7 +148,7 @@ export function warnings(status, rates) {
     if (s.detects && s.detects.noisy) add(`${s.name}: its noise is as loud as the bottom that is looked for, so nothing is free`, "Lower its gain, or set bottom in [extract] to fewer decibels or to off.");
     if (rates.get(s.name + ".bad_checksum") > 0.2) add(`${s.name}: frames arrive damaged`, "Check cable, ground and baud rate.");
   }
-  if (status.data !== "ok") add(status.data, "Answers use old data only.", true);
+  if (status.data !== "ok" && !isNamed(status)) add(status.data, "Answers use old data only.", true);
   const pose = status.pose.age_s;
   if (pose !== null && pose > 1) add(`The pose is ${seconds(pose)} old`, "Keep sending poses: directions are unknown while the last one is too old. Check sonard-mavlink, or the program that sends them.", true);
   if (status.pose.drift && status.pose.speed_bound.state !== "used") add(sentence(status.pose.drift), "");
