@@ -16,8 +16,9 @@
 static const struct {
     const char *method;
     uint64_t period_us;
-} periods[] = {{"image", 80000},       {"sectors", 200000},   {"status", 500000},
-               {"map_slice", 1000000}, {"clusters", 1000000}, {"plan", 10000000}};
+} periods[] = {{"image", 80000},       {"sectors", 200000},           {"status", 500000},
+               {"limit", 200000},      {"time_to_collision", 500000}, {"nearest", 500000},
+               {"map_slice", 1000000}, {"clusters", 1000000},         {"plan", 10000000}};
 
 static uint64_t period_us(const char *method)
 {

@@ -16,6 +16,8 @@ EMBED(web_page_words, "words.js");
 EMBED(web_page_image, "image.js");
 EMBED(web_page_live, "live.js");
 EMBED(web_page_panels, "panels.js");
+EMBED(web_page_measure, "measure.js");
+EMBED(web_page_pilot, "pilot.js");
 EMBED(web_page_view, "view.js");
 EMBED(web_page_why, "why.js");
 EMBED(web_page_icon, "icon.svg");
@@ -35,6 +37,8 @@ static const struct web_file files[] = {
     FILE_AT("/image.js", "text/javascript; charset=utf-8", web_page_image),
     FILE_AT("/live.js", "text/javascript; charset=utf-8", web_page_live),
     FILE_AT("/panels.js", "text/javascript; charset=utf-8", web_page_panels),
+    FILE_AT("/measure.js", "text/javascript; charset=utf-8", web_page_measure),
+    FILE_AT("/pilot.js", "text/javascript; charset=utf-8", web_page_pilot),
     FILE_AT("/view.js", "text/javascript; charset=utf-8", web_page_view),
     FILE_AT("/why.js", "text/javascript; charset=utf-8", web_page_why),
     FILE_AT("/icon.svg", "image/svg+xml", web_page_icon),

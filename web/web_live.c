@@ -7,7 +7,7 @@
 
 #include "web_query.h"
 
-#define VIEWS_MAX    8
+#define VIEWS_MAX    12
 #define ASKS_MAX     2 /* of a page that wait for their answers */
 #define KERNEL_BYTES 65536
 #define MESSAGE_MAX  4096 /* bytes of a message from a page */

@@ -271,6 +271,68 @@ def heading(bench):
     check("heading" not in browser.text("#vehicle"), browser.text("#vehicle"))
 
 
+def for_pilot(bench):
+    """How fast it may go is what the socket says; a sound when it drops; north up, measuring and a picture, by keyboard too."""
+    daemon, client, web, browser = begun(bench)
+    browser.do("click", selector="#tab-pilot")
+
+    def agrees():
+        said = client.call("limit", velocity_mps=[5, 0, 0])
+        shown = browser.text("#limit-speed b")
+        return shown == "%.2f" % said["speed_mps"] and said["reason"][1:].split(",")[0][:12] in browser.text("#limit-why")
+    until(agrees, "the speed that the socket allows: " + browser.text("#limit"))
+    near = client.call("nearest")
+    until(lambda: "%.1f" % near["range_m"] in browser.text("#facts"), "the nearest obstacle: " + browser.text("#facts"))
+    check("no velocity is known" in browser.text("#facts"), browser.text("#facts"))
+    for _ in range(60):
+        client.call("pose", attitude_deg=[0, 0, 90], velocity_mps=[0, 0.5, 0])
+        if "no velocity" not in browser.text("#facts"):
+            break
+        time.sleep(0.1)
+    check("no velocity" not in browser.text("#facts"), browser.text("#facts"))
+    browser.do("press", selector="#north-up", key="Enter")
+
+    def turned():
+        client.call("pose", attitude_deg=[0, 0, 90], velocity_mps=[0, 0.5, 0])
+        return abs(browser.eval("sonardPage.painter.turn") - 90) < 1
+    until(turned, "north at the top")
+    browser.do("press", selector="#north-up", key="Enter")
+    until(lambda: browser.eval("sonardPage.painter.turn") == 0, "the bow at the top")
+    browser.do("press", selector="#measure", key="Enter")
+    browser.do("at", x=0.5, y=0.5)
+    px = browser.eval("sonardPage.painter.frame.scale / sonardPage.painter.unit / document.querySelector('#canvas').clientWidth")
+    browser.do("at", x=0.5 + 3 * px, y=0.5 - 4 * px)
+    told = browser.text("#measured")
+    check(abs(float(told.split(" ")[0]) - 5) < 0.1 and "37°" in told, told)
+    for key in ("Enter", "ArrowUp", "ArrowUp", "Enter"):
+        browser.do("press", selector="#canvas", key=key)
+    step = 2 * browser.eval("sonardPage.view.range") * 5 / 100
+    check(browser.text("#measured") == "%.2f m, 0° from the bow" % step, browser.text("#measured"))
+    browser.eval("(() => { const make = URL.createObjectURL; URL.createObjectURL = (b) => { globalThis.saved = b.size; return make(b); }; })()")
+    browser.do("press", selector="#shot", key="Enter")
+    until(lambda: browser.eval("globalThis.saved > 5000"), "a picture")
+    browser.do("press", selector="#sound", key="Enter")
+    check(browser.eval("sonardPage.sound.on") and browser.eval("document.querySelector('#sound').getAttribute('aria-pressed')") == "true", "no sound")
+    daemon.process.send_signal(signal.SIGSTOP)
+    until(lambda: browser.eval("sonardPage.sound.played") >= 2, "a sound, and another, when nothing is known any more")
+    check(browser.text("#limit-speed b") == "–", browser.text("#limit"))
+    daemon.process.send_signal(signal.SIGCONT)
+    until(lambda: browser.text("#limit-speed b") != "–", "the speed again")
+    browser.do("click", selector="#full")
+    until(lambda: browser.eval("document.fullscreenElement !== null") and browser.text("#awake") != "", "a full screen, and whether it stays awake")
+    for _ in range(2):
+        browser.do("click", selector="#theme")
+    check(browser.text("#theme") in ("Night", "Light", "Dark"), browser.text("#theme"))
+    url = "http://127.0.0.1:%d/#pilot" % web.port
+    for width, height in ((1280, 860), (390, 844), (844, 390), (1024, 768)):
+        browser.do("open", url=url, width=width, height=height)
+        until(lambda: browser.text("#limit-speed b") != "–", "the speed on %dx%d" % (width, height))
+        for part in ("#canvas", "#limit-speed"):
+            box = browser.eval("(({left, top, right, bottom}) => [left, top, right, bottom])(document.querySelector('%s').getBoundingClientRect())" % part)
+            check(box[0] >= 0 and box[1] >= 0 and box[2] <= width and box[3] <= height, "%s is cut off on %dx%d: %s" % (part, width, height, box))
+    check(browser.do("faults") == [], browser.do("faults"))
+
+
 def settings(bench):
     """The form says why nothing may be changed; with a token it changes a setting, and says what it does not know."""
     daemon, client, _, browser = begun(bench, pings=5)
@@ -443,4 +505,4 @@ def looks(bench):
     check(browser.do("faults") == [], browser.do("faults"))
 
 
-run([("web_page_" + f.__name__, f) for f in (drawn, why, recovers, warns, heading, settings, looks_back, jumps, hidden, looks)])
+run([("web_page_" + f.__name__, f) for f in (drawn, why, recovers, warns, heading, for_pilot, settings, looks_back, jumps, hidden, looks)])

@@ -20,7 +20,7 @@ const does = {
     page = await context.newPage();
     page.on("pageerror", (e) => faults.push(e.message));
     page.on("console", (m) => m.type() === "error" && !m.text().includes("WebSocket") && faults.push(m.text()));
-    page.on("request", (r) => r.url().startsWith(url) || r.url().startsWith("data:") || faults.push("it loads " + r.url()));
+    page.on("request", (r) => r.url().startsWith(new URL(url).origin + "/") || r.url().startsWith("data:") || faults.push("it loads " + r.url()));
     await page.goto(url);
   },
   eval: ({ code }) => page.evaluate(code),

@@ -2,8 +2,10 @@
 // The page: the picture, what is said around it, and what a person does.
 import { Painter } from "./draw.js";
 import { PAST_S, ask, connect, daemonNow, hasEnded, hasMap, past, rows, state, track, watch } from "./live.js";
+import { measure, measureKey, setPoint, switchMeasure } from "./measure.js";
 import { fill, make, showPlan, showSonars, showTiles, showTiming, showVehicle, showWarnings } from "./panels.js";
-import { fresh, headingNow, judged, poseShown, sectorsNow, shown, shownAt, view } from "./view.js";
+import * as pilot from "./pilot.js";
+import { fresh, headingNow, judged, poseShown, sectorsNow, shown, shownAt, turnNow, view } from "./view.js";
 import { showWhy } from "./why.js";
 import * as words from "./words.js";
 
@@ -12,8 +14,9 @@ const $ = (id) => document.getElementById(id);
 const painter = new Painter($("canvas"));
 
 function wanted() {
-  if (document.hidden) return [];
+  if (document.hidden && !pilot.sound.on) return [];
   const list = [{ method: "status" }, { method: "stats" }, { method: "plan" }, { method: "map" }];
+  if (view.tab === "pilot" || pilot.sound.on) list.push(...pilot.questions());
   const distance = $("distance").value; // empty: as the daemon has it by itself
   list.push({ method: "sectors", params: distance === "" ? {} : { distance_m: parseFloat(distance) } });
   if (view.tab === "map") list.push({ method: "map_slice", params: sliceParams() });
@@ -104,9 +107,11 @@ function draw() {
     due = false;
     drawn = performance.now();
     const now = fresh();
+    const turn = turnNow();
     if (view.tab === "map") painter.map(state.slice && state.slice.rows.length > 1 ? state.slice : null, track, now);
     else
-      painter.sonar({ fresh: now, sectors: now ? sectorsNow() : [], near: now ? shown().near_m : 0, judged: judged() ?? 0, turn: 0, rows: view.rows, fade, range: range(), newest: view.newest, selected: view.selected, heading: now ? headingNow() : null });
+      painter.sonar({ fresh: now, sectors: now ? sectorsNow() : [], near: now ? shown().near_m : 0, judged: judged() ?? 0, turn, rows: view.rows, fade, range: range(), newest: view.newest, selected: view.selected, heading: now ? headingNow() : null });
+    if (measure.on) painter.ruler(measure);
   }), wait);
 }
 
@@ -190,6 +195,7 @@ function show() {
     showVehicle();
     showCaption();
     showWhy();
+    pilot.showPilot();
     showTiming();
     showPlan();
     showBack();
@@ -240,37 +246,75 @@ function zoomBy(nearer) {
   if (offered.length) $("zoom").value = String(nearer ? Math.max(...offered) : Math.min(...offered));
 }
 
+// As a file: the picture, with a line that says of when and of what it is.
+function savePicture() {
+  const from = $("canvas"), to = document.createElement("canvas"), g = to.getContext("2d"), u = painter.unit;
+  const text = [$("clock").textContent, $("link").textContent, $("compass").textContent, $("judged").textContent, $("measured").textContent].filter((t) => t).join("  ·  ");
+  to.width = from.width;
+  to.height = from.height + 26 * u;
+  g.fillStyle = painter.colour.ground;
+  g.fillRect(0, 0, to.width, to.height);
+  g.drawImage(from, 0, 0);
+  g.fillStyle = painter.colour.text;
+  g.font = `${11 * u}px system-ui, sans-serif`;
+  g.fillText(text, 8 * u, from.height + 17 * u, to.width - 16 * u);
+  to.toBlob((blob) => {
+    const a = make("a");
+    a.href = URL.createObjectURL(blob);
+    a.download = `sonard-${new Date(shownAt() * 1000).toISOString().slice(0, 19).replaceAll(":", "")}Z.png`;
+    a.click();
+    setTimeout(() => URL.revokeObjectURL(a.href), 10000);
+  });
+}
+
 function setTab(tab) {
+  if (tab !== "sonar" && view.back !== null) lookBack(0);
   view.tab = tab;
-  for (const t of ["sonar", "map"]) $("tab-" + t).setAttribute("aria-selected", String(t === tab));
-  for (const e of document.querySelectorAll("[data-for]")) e.hidden = e.dataset.for !== tab;
+  switchMeasure(false);
+  for (const t of ["pilot", "sonar", "map"]) $("tab-" + t).setAttribute("aria-selected", String(t === tab));
+  for (const e of document.querySelectorAll("[data-for]")) e.hidden = !e.dataset.for.split(" ").includes(tab);
   state.slice = null;
   watch();
   show();
 }
 
+const THEMES = ["dark", "light", "night"];
+
 function setTheme(theme) {
   document.documentElement.dataset.theme = theme;
+  $("theme").textContent = words.sentence(theme).slice(0, -1);
   painter.restyle();
   repaint();
   draw();
 }
 
 $("canvas").addEventListener("click", (event) => {
-  if (view.tab !== "sonar") return;
-  const box = event.target.getBoundingClientRect();
-  select((Math.atan2(event.clientX - box.left - box.width / 2, box.top + box.height / 2 - event.clientY) * 180) / Math.PI);
+  const box = event.target.getBoundingClientRect(), place = painter.place(event.clientX - box.left, event.clientY - box.top);
+  if (measure.on) setPoint(place);
+  else if (view.tab !== "map") select((Math.atan2(place[1], place[0]) * 180) / Math.PI);
+  draw();
 });
 $("canvas").addEventListener("keydown", (event) => {
   const step = event.shiftKey ? 1 : 5;
-  if (view.tab !== "sonar") return;
-  if (event.key === "ArrowLeft" || event.key === "ArrowRight") view.selected = ((view.selected ?? 0) + (event.key === "ArrowLeft" ? -step : step) + 360) % 360;
+  if (measure.on && measureKey(event.key, (view.tab === "map" ? parseFloat($("size").value) / 2 : view.range) * step / 100)) { /* done */ }
+  else if (view.tab === "map") return;
+  else if (event.key === "ArrowLeft" || event.key === "ArrowRight") select((view.selected ?? 0) + (event.key === "ArrowLeft" ? -step : step));
   else if (event.key === "Enter" || event.key === " ") select(view.selected ?? 0);
   else if (event.key === "+" || event.key === "-") zoomBy(event.key === "+");
   else return;
   event.preventDefault();
   draw();
 });
+$("tab-pilot").addEventListener("click", () => setTab("pilot"));
+$("north-up").addEventListener("click", () => {
+  view.northUp = !view.northUp;
+  $("north-up").setAttribute("aria-pressed", String(view.northUp));
+  show();
+});
+$("measure").addEventListener("click", () => { switchMeasure(!measure.on); $("canvas").focus(); draw(); });
+$("shot").addEventListener("click", savePicture);
+$("sound").addEventListener("click", () => { pilot.switchSound(); watch(); });
+$("full").addEventListener("click", pilot.switchFullScreen);
 $("tab-sonar").addEventListener("click", () => setTab("sonar"));
 $("tab-map").addEventListener("click", () => setTab("map"));
 $("distance").addEventListener("change", () => { watch(); show(); });
@@ -285,14 +329,15 @@ $("play").addEventListener("click", playOrPause);
 $("at").addEventListener("input", () => { view.dragging = true; show(); });
 $("at").addEventListener("change", () => replay({ to_s: parseFloat($("at").value) }));
 $("speed").addEventListener("change", () => replay({ speed: parseFloat($("speed").value) }));
-$("theme").addEventListener("click", () => setTheme(document.documentElement.dataset.theme === "light" ? "dark" : "light"));
+$("theme").addEventListener("click", () => setTheme(THEMES[(THEMES.indexOf(document.documentElement.dataset.theme) + 1) % THEMES.length]));
 document.addEventListener("visibilitychange", watch);
 window.addEventListener("resize", draw);
-setInterval(() => { if (!document.hidden) { repaint(); show(); } }, 1000);
+setInterval(() => { if (!document.hidden || pilot.sound.on) { repaint(); show(); } }, 1000);
 
 setTheme(matchMedia("(prefers-color-scheme: light)").matches ? "light" : "dark");
+if (location.hash === "#pilot") setTab("pilot");
 connect({ wanted, news: show, newRows, forgotten });
 show();
 
 // For tests: what is shown, and from what.
-globalThis.sonardPage = { state, past, rows, view, fresh, painter, numbers: () => words.aroundInNumbers(sectorsNow(), shown().near_m).map((n) => n.text) };
+globalThis.sonardPage = { state, past, rows, view, fresh, painter, measure, sound: pilot.sound, numbers: () => words.aroundInNumbers(sectorsNow(), shown().near_m).map((n) => n.text) };

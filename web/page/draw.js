@@ -21,6 +21,7 @@ export class Painter {
     this.context = canvas.getContext("2d");
     this.image = new Image(560);
     this.turn = 0; // of the picture, clockwise in degrees: where the bow points on the screen
+    this.frame = { x: 0, y: 0, scale: 1, turn: 0 }; // where the picture's origin is, and how many pixels a metre has
     this.scaleAt = 0; // direction of the scale's labels
     this.restyle();
   }
@@ -28,7 +29,7 @@ export class Painter {
   restyle() {
     const style = getComputedStyle(document.documentElement);
     this.colour = {};
-    for (const name of ["ground", "panel", "line", "text", "muted", "accent", "blocked", "clear", "unknown", "disc", "echo", "echo-edge"])
+    for (const name of ["ground", "panel", "line", "text", "muted", "accent", "blocked", "clear", "unknown", "disc", "echo", "echo-edge", "warn"])
       this.colour[name] = style.getPropertyValue("--" + name).trim();
     this.table = palette(document.documentElement.dataset.theme);
     const tile = document.createElement("canvas"), t = tile.getContext("2d");
@@ -63,6 +64,30 @@ export class Painter {
     return rad(azimuth + this.turn);
   }
 
+  // Metres ahead (north) and to starboard (east) of a place on the canvas, in CSS pixels; and back, in the canvas's own.
+  place(x, y) {
+    const f = this.frame, dx = (x * this.unit - f.x) / f.scale, dy = (y * this.unit - f.y) / f.scale, sin = Math.sin(f.turn), cos = Math.cos(f.turn);
+    return [dx * sin - dy * cos, dx * cos + dy * sin];
+  }
+
+  pixels([ahead, right]) {
+    const f = this.frame, sin = Math.sin(f.turn), cos = Math.cos(f.turn);
+    return [f.x + f.scale * (ahead * sin + right * cos), f.y + f.scale * (right * sin - ahead * cos)];
+  }
+
+  // What is measured: points joined by a line, and where the next one goes.
+  ruler(measure) {
+    const g = this.context, u = this.unit, points = measure.points.map((p) => this.pixels(p)), [x, y] = this.pixels(measure.cursor);
+    g.lineWidth = 2 * u;
+    g.strokeStyle = this.colour.warn;
+    g.beginPath();
+    points.forEach((p, i) => (i ? g.lineTo(...p) : g.moveTo(...p)));
+    for (const [px, py] of points) { g.moveTo(px + 5 * u, py); g.arc(px, py, 5 * u, 0, TAU); }
+    g.moveTo(x - 9 * u, y); g.lineTo(x + 9 * u, y);
+    g.moveTo(x, y - 9 * u); g.lineTo(x, y + 9 * u);
+    g.stroke();
+  }
+
   sector(from, to, r0, r1) {
     const g = this.context, c = this.side / 2;
     g.beginPath();
@@ -75,6 +100,7 @@ export class Painter {
   sonar(model) {
     const g = this.begin(), { u, c, outer, inner, disc } = this.geometry(), px = disc / model.range;
     this.turn = model.turn;
+    this.frame = { x: c, y: c, scale: px, turn: (model.turn * Math.PI) / 180 };
     g.fillStyle = this.colour.disc;
     g.beginPath();
     g.arc(c, c, disc, 0, TAU);
@@ -199,18 +225,21 @@ export class Painter {
         const a = this.rad(row.azimuth), x = c + r * Math.cos(a), y = c + r * Math.sin(a);
         g.globalAlpha = Math.max(0.15, model.fade(row));
         g.beginPath();
-        g.arc(x, y, ((echo.marks ? 1.6 : 1.2) + 1.4 * echo.sure) * u, 0, TAU);
-        if (echo.marks) {
-          g.lineWidth = 1.3 * u;
-          g.strokeStyle = this.colour.echo;
+        if (echo.marks) { // what is no target, or may be none, has no body
+          const d = 2.6 * u;
+          g.moveTo(x - d, y - d); g.lineTo(x + d, y + d);
+          g.moveTo(x - d, y + d); g.lineTo(x + d, y - d);
+          g.lineWidth = u;
+          g.strokeStyle = this.colour.muted;
           g.stroke();
-        } else {
-          g.fillStyle = this.colour.echo;
-          g.fill();
-          g.lineWidth = 0.8 * u;
-          g.strokeStyle = this.colour["echo-edge"];
-          g.stroke();
+          continue;
         }
+        g.arc(x, y, (1.2 + 1.4 * echo.sure) * u, 0, TAU);
+        g.fillStyle = this.colour.echo;
+        g.fill();
+        g.lineWidth = 0.8 * u;
+        g.strokeStyle = this.colour["echo-edge"];
+        g.stroke();
       }
     g.globalAlpha = 1;
   }
@@ -342,6 +371,7 @@ export class Painter {
     if (!slice || !fresh) return;
     const n = slice.rows.length, cell = side / n, size = n * slice.step_m;
     const x = (east) => ((east - slice.east_m) / slice.step_m + 0.5) * cell, y = (north) => ((slice.north_m - north) / slice.step_m + 0.5) * cell;
+    this.frame = { x: x(0), y: y(0), scale: cell / slice.step_m, turn: 0 };
     slice.rows.forEach((row, i) => {
       for (let k = 0; k < row.length; k++) {
         if (row[k] === " ") continue;

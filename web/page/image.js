@@ -5,11 +5,12 @@ const TAU = 2 * Math.PI;
 const SLOTS = 720; // directions of the image, half a degree each
 const PALETTES = {
   dark: [[7, 12, 16], [23, 69, 107], [95, 128, 135], [201, 182, 96], [255, 243, 176]],
+  night: [[6, 0, 0], [56, 8, 4], [112, 20, 10], [190, 48, 24], [255, 110, 70]],
   light: [[255, 255, 255], [201, 220, 234], [123, 166, 198], [42, 95, 142], [4, 32, 63]],
 };
 
 export function palette(theme) {
-  const stops = PALETTES[theme] || PALETTES.dark, table = new Uint8Array(256 * 3);
+  const stops = PALETTES[theme], table = new Uint8Array(256 * 3);
   for (let i = 0; i < 256; i++) {
     const at = Math.pow(i / 255, 0.7) * (stops.length - 1), k = Math.min(stops.length - 2, Math.floor(at));
     for (let c = 0; c < 3; c++) table[3 * i + c] = stops[k][c] + (at - k) * (stops[k + 1][c] - stops[k][c]);

@@ -7,6 +7,7 @@ const TRACK_MAX = 2000;
 
 // What the daemon said last; null: not known.
 export const state = { link: null, status: null, sectors: null, stats: null, plan: null, slice: null, map: null, connected: false, sectorsAt: 0 };
+const answers = new Map(); // method -> {result or error, at}: of methods that are not in state
 export const rows = new Map(); // azimuth in hundredths of a degree -> newest row of the image
 export const rates = new Map();
 export const track = [];
@@ -36,6 +37,7 @@ function forget() {
   before = null;
   clock.unix = 0;
   rates.clear();
+  answers.clear();
   rows.clear();
   past.rows.length = past.frames.length = past.bytes = 0;
   track.length = 0;
@@ -97,6 +99,7 @@ function takeText(message) {
   else if (method === "map_slice") takeSlice(message);
   else if (method === "map") takeMap(result || null);
   else if (method in state) state[method] = result || null;
+  else answers.set(method, { result: result || null, error: message.error || null, at: performance.now() });
   page.news();
 }
 
@@ -183,6 +186,12 @@ function pace() {
 }
 
 export const daemonNow = () => clock.unix + pace() * (performance.now() - clock.at) / 1000;
+
+// What the daemon said last of a method, while that is new; else null.
+export function newest(method) {
+  const answer = answers.get(method);
+  return answer && performance.now() - answer.at < STALE_MS ? answer : null;
+}
 
 // Is what the daemon said last still true enough to be shown?
 export const isFresh = () => state.connected && state.link !== null && state.link.fault === null && state.sectors !== null && performance.now() - state.sectorsAt < STALE_MS;

@@ -13,7 +13,7 @@ export function make(tag, text, className) {
   return e;
 }
 
-function pairs(list) {
+export function pairs(list) {
   const dl = make("dl");
   for (const [name, value] of list) dl.append(make("dt", name), make("dd", value));
   return dl;
@@ -69,7 +69,7 @@ export function showSonars() {
   });
   fill($("sonars"), make("h2", "Sonars"), ...(nodes.length ? nodes : [make("p", "–", "muted")]));
   const select = $("sensor"), names = list.map((s) => s.name).join("\n");
-  $("sensor-label").hidden = list.length < 2 || view.tab !== "sonar";
+  $("sensor-label").hidden = list.length < 2 || view.tab === "map";
   if (select.dataset.names !== names && list.length) {
     select.dataset.names = names;
     select.replaceChildren(...list.map((s) => new Option(s.name, s.name)));

@@ -4,7 +4,7 @@ import { STALE_MS, daemonNow, isFresh, past, rows, state } from "./live.js";
 import * as words from "./words.js";
 
 // back: the time that is shown; null: now. rows, newest: of the image then. selected: an azimuth; null: none.
-export const view = { tab: "sonar", back: null, rows, newest: null, selected: null, sensor: "", range: 10, dragging: false };
+export const view = { tab: "sonar", northUp: false, back: null, rows, newest: null, selected: null, sensor: "", range: 10, dragging: false };
 
 // What was shown at the time that is looked back to; null: nothing then.
 function then() {
@@ -31,3 +31,6 @@ export function headingNow() {
   const pose = poseShown(), attitude = pose && pose.attitude_deg;
   return attitude ? (attitude[2] + 360) % 360 : null;
 }
+
+// How far the picture is turned, clockwise: north is at the top when that is wanted and the heading is known.
+export const turnNow = () => (view.northUp && fresh() ? headingNow() ?? 0 : 0);
