@@ -105,7 +105,7 @@ static bool in_range(const struct argument *argument, const json_t *parsed, cons
     if (argument->lo == argument->hi || !json_is_number(parsed) ||
         (number >= argument->lo && number <= argument->hi))
         return true;
-    return fault_set(fault, "%s %.50s: want a%s number from %g to %g", argument->flag, value,
+    return fault_set(fault, "%s %.50s: expected a%s number from %g to %g", argument->flag, value,
                      argument->kind == ARGUMENT_INTEGER ? " whole" : "", argument->lo, argument->hi);
 }
 
@@ -129,11 +129,11 @@ static bool set(json_t *options, const struct argument *argument, const char *va
         return fault_set(fault, "%s is given twice", argument->flag);
     }
     if (!parsed && argument->kind == ARGUMENT_NUMBER && has_unit(value))
-        return fault_set(fault, "%s %s: want %s as a plain number, such as %.*s: %.*s", argument->flag, value,
+        return fault_set(fault, "%s %s: expected %s as a plain number, such as %.*s: %.*s", argument->flag, value,
                          argument->form, (int)strspn(value, DIGITS), value, (int)strcspn(argument->help, ";"),
                          argument->help);
     if (!parsed)
-        return fault_set(fault, "%s %s: want %s, %.*s", argument->flag, value, argument->form,
+        return fault_set(fault, "%s %s: expected %s, %.*s", argument->flag, value, argument->form,
                          (int)strcspn(argument->help, ";"), argument->help);
     if (!in_range(argument, parsed, value, fault)) {
         json_decref(parsed);

@@ -113,7 +113,7 @@ int conf_load_text(struct conf *conf, struct conf_source **source, const struct 
     bool enough_memory = l.source && add_file(l.source, text->name, text->bytes, text->size);
     if (enough_memory && text->size > FILE_SIZE_MAX) {
         conf_fault_in(l.faults, 0, text->name);
-        conf_fault_add(l.faults, 0, "%zu bytes; want at most %zu", text->size, FILE_SIZE_MAX);
+        conf_fault_add(l.faults, 0, "%zu bytes; expected at most %zu", text->size, FILE_SIZE_MAX);
     }
     int n = load_end(&l, enough_memory, checks, fault, fault_ctx);
     *source = l.source;
@@ -172,7 +172,7 @@ static bool take_file(struct load *l, const char *path, bool is_drop_in_file)
     }
     if (!text) {
         conf_fault_in(l->faults, l->source->n_files - 1, l->source->file[l->source->n_files - 1].name);
-        conf_fault_add(l->faults, 0, "cannot be read: %s; want a readable file of at most %zu bytes",
+        conf_fault_add(l->faults, 0, "cannot be read: %s; expected a readable file of at most %zu bytes",
                        cause == EINVAL ? "not a regular file" : strerror(cause), FILE_SIZE_MAX);
     }
     free(text);
@@ -206,7 +206,8 @@ static bool take_drop_ins(struct load *l, const char *path)
     }
     if (n >= CONF_FILES_MAX) {
         conf_fault_in(l->faults, 0, l->source->file[0].name);
-        conf_fault_add(l->faults, 0, "%d files in the folder %s; want at most %d", n, folder, CONF_FILES_MAX - 1);
+        conf_fault_add(l->faults, 0, "%d files in the folder %s; expected at most %d", n, folder,
+                       CONF_FILES_MAX - 1);
     }
     for (int i = 0; i < n; i++) {
         snprintf(name, sizeof name, "%s/%s", folder, entry[i]->d_name);

@@ -79,7 +79,7 @@ static void take_value(struct parse *p, const struct conf_key *key, const char *
                        key->name, value);
     } else if (!conf_value_read(key, value, p->base, &fault)) {
         conf_value_allowed(key, allowed, sizeof allowed);
-        conf_fault_add(p->faults, p->line, "[%s] %s = %s: %s; want %s", p->title, key->name, value, fault.text,
+        conf_fault_add(p->faults, p->line, "[%s] %s = %s: %s; expected %s", p->title, key->name, value, fault.text,
                        allowed);
     } else if (!check_outside(p, key, value, &fault)) {
         conf_fault_add(p->faults, p->line, "[%s] %s = %s: %s", p->title, key->name, value, fault.text);
@@ -150,10 +150,12 @@ static void begin_sonar(struct parse *p, const char *name)
     int i = sonar_find(p, name); /* in an earlier file */
     p->sonar_heads++;
     if (!is_name(name)) {
-        conf_fault_add(p->faults, p->line, "[%s]: %s; want [sonar NAME], NAME of 1 to %d letters, digits, - and _",
-                       p->title, *name ? "bad name of a sonar" : "a sonar without a name", CONF_NAME_MAX - 1);
+        conf_fault_add(p->faults, p->line,
+                       "[%s]: %s; expected [sonar NAME], NAME of 1 to %d letters, digits, - and _", p->title,
+                       *name ? "bad name of a sonar" : "a sonar without a name", CONF_NAME_MAX - 1);
     } else if (i < 0 && p->conf->n_sonars == CONF_MAX_SONARS) {
-        conf_fault_add(p->faults, p->line, "[%s]: too many sonars; want at most %d", p->title, CONF_MAX_SONARS);
+        conf_fault_add(p->faults, p->line, "[%s]: too many sonars; expected at most %d", p->title,
+                       CONF_MAX_SONARS);
     } else {
         if (i < 0) {
             i = p->conf->n_sonars++;
@@ -181,11 +183,11 @@ static void begin_grid(struct parse *p, const char *name)
     if (!is_name(name) || strcmp(name, CONF_MAIN_GRID) == 0) {
         conf_fault_add(
             p->faults, p->line,
-            "[%s]: bad name of a grid; want 1 to %d letters, digits, - and _, other than " CONF_MAIN_GRID
+            "[%s]: bad name of a grid; expected 1 to %d letters, digits, - and _, other than " CONF_MAIN_GRID
             ", which is the plain [grid]",
             p->title, CONF_NAME_MAX - 1);
     } else if (!i && p->conf->n_more_grids == CONF_MAX_GRIDS) {
-        conf_fault_add(p->faults, p->line, "[%s]: too many grids; want at most %d besides [grid]", p->title,
+        conf_fault_add(p->faults, p->line, "[%s]: too many grids; expected at most %d besides [grid]", p->title,
                        CONF_MAX_GRIDS);
     } else {
         if (!i)
@@ -251,7 +253,7 @@ static void take_head(struct parse *p, const char *s, size_t n)
     while (behind < s + n && (*behind == ' ' || *behind == '\t'))
         behind++;
     if (!close || (behind < s + n && *behind != ';' && *behind != '#')) {
-        conf_fault_add(p->faults, p->line, "%.*s: %s; want [section] alone on its line", (int)n, s,
+        conf_fault_add(p->faults, p->line, "%.*s: %s; expected [section] alone on its line", (int)n, s,
                        close ? "more than a section" : "no ] at the end of the section");
         p->any_section = true;
         p->section = NULL;
@@ -299,7 +301,8 @@ static bool is_text(struct parse *p, const char *s, size_t n)
         size_t length = character(u + i, n - i);
         if (length == 0) {
             conf_fault_add(p->faults, p->line,
-                           "byte 0x%02x in column %zu; want text in UTF-8; the rest was not checked", u[i], i + 1);
+                           "byte 0x%02x in column %zu; expected text in UTF-8; the rest was not checked", u[i],
+                           i + 1);
             return false;
         }
         i += length;
@@ -315,8 +318,8 @@ static char *next_line(char *str, int num, void *stream)
 {
     struct parse *p = stream;
     if (p->waiting)
-        conf_fault_add(p->faults, p->line, "%.*s: not a key and its value; want key = value", (int)p->waiting_n,
-                       p->waiting);
+        conf_fault_add(p->faults, p->line, "%.*s: not a key and its value; expected key = value",
+                       (int)p->waiting_n, p->waiting);
     p->waiting = NULL;
     if (p->rest == p->end)
         return NULL;
@@ -340,7 +343,7 @@ static char *next_line(char *str, int num, void *stream)
     if (n == 0 || *s == '#' || *s == ';')
         return str;
     if (n > room) {
-        conf_fault_add(p->faults, p->line, "%zu bytes in this line; want at most %zu", n, room);
+        conf_fault_add(p->faults, p->line, "%zu bytes in this line; expected at most %zu", n, room);
         return str;
     }
     if (*s == '[') {
@@ -374,7 +377,7 @@ static void check_complete(struct parse *p)
     conf_fault_in(p->faults, 0, p->source->file[0].name);
     if (p->sonar_heads == 0 && !p->conf->depth.source[0] && !p->conf->nmea.port[0])
         conf_fault_add(p->faults, 0,
-                       "no sonar; want 1 to %d sections [sonar NAME], or [depth] or [nmea] to try that alone",
+                       "no sonar; expected 1 to %d sections [sonar NAME], or [depth] or [nmea] to try that alone",
                        CONF_MAX_SONARS);
     for (int i = 0; i < p->conf->n_sonars; i++) {
         char title[TITLE_MAX];
@@ -383,7 +386,8 @@ static void check_complete(struct parse *p)
             if (!conf_key_is_sonar(key) || key->standard || p->source->origin[i][key - conf_keys].line > 0)
                 continue;
             conf_fault_in(p->faults, p->first[i].file, p->source->file[p->first[i].file].name);
-            conf_fault_add(p->faults, p->first[i].line, "[%s] %s: missing; want %s", title, key->name, key->form);
+            conf_fault_add(p->faults, p->first[i].line, "[%s] %s: missing; expected %s", title, key->name,
+                           key->form);
         }
     }
 }

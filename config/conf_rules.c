@@ -57,7 +57,7 @@ static void rule(const struct rules *r, struct place a, struct place b, bool hol
     char here[2 * CONF_VALUE_MAX], there[2 * CONF_VALUE_MAX];
     describe_key(r, later, here, sizeof here);
     describe_key(r, other, there, sizeof there);
-    conf_fault_add(r->faults, line_of(r, later), "%s: does not go with %s; want %s", here, there, want);
+    conf_fault_add(r->faults, line_of(r, later), "%s: does not go with %s; expected %s", here, there, want);
 }
 
 /* Clockwise way from start to end; outside (0, 2 pi] it is no sector. */
@@ -81,8 +81,8 @@ static void check_sonar(const struct rules *r, int i)
         describe_key(r, sector, here, sizeof here);
         conf_fault_add(
             r->faults, line_of(r, sector),
-            "%s: %s; want start and end at most one turn apart, clockwise, 0 360 deg for the full circle", here,
-            fabs(extent) > slack ? "more than one turn" : "starts where it ends");
+            "%s: %s; expected start and end at most one turn apart, clockwise, 0 360 deg for the full circle",
+            here, fabs(extent) > slack ? "more than one turn" : "starts where it ends");
     } else {
         rule(r, sector, step, s->step_rad < extent - slack, "a step smaller than the sector");
     }

@@ -21,7 +21,7 @@ void conf_suggest_key(const char *section, const char *name, char *text, size_t 
     const char *nearest = NULL;
     char elsewhere[200] = "";
     size_t best = WORD_FAR, in = 0;
-    size_t used = (size_t)snprintf(text, size, "want one of ");
+    size_t used = (size_t)snprintf(text, size, "expected one of ");
     const char *separator = "";
     for (const struct conf_key *key = conf_keys; key->name; key++) {
         if (strcmp(key->section, section) == 0) {
@@ -45,7 +45,7 @@ void conf_suggest_section(const char *name, char *text, size_t size)
 {
     const char *nearest = NULL;
     size_t best = WORD_FAR;
-    size_t used = (size_t)snprintf(text, size, "want one of ");
+    size_t used = (size_t)snprintf(text, size, "expected one of ");
     const char *separator = "";
     for (const struct conf_section *section = conf_sections; section->name; section++) {
         if (used < size)

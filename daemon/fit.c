@@ -39,7 +39,7 @@ static void judge_step(const struct conf_sonar *c, fit_fn tell, void *ctx)
         return;
     fault_set(&f,
               "[sonar %s] step = %g deg is wider than the beam of %g deg: what stands between two beams is never "
-              "observed; want at most %g deg",
+              "observed; set it to at most %g deg",
               c->name, geo_deg(c->step_rad), geo_deg(wide_rad), geo_deg(wide_rad));
     tell(ctx, f.text);
 }
@@ -57,7 +57,7 @@ static void judge_cells(const struct conf *conf, const struct conf_sonar *c, fit
         return;
     fault_set(&f,
               "[grid] angular_step = %g deg is too wide for sonar %s, whose beam of %g deg does not turn: next to "
-              "nothing is ever clear; want at most %.2g deg",
+              "nothing is ever clear; set it to at most %.2g deg",
               geo_deg(conf->grid.angular_step_rad), c->name, geo_deg(fmin(fan.wide_rad, fan.high_rad)),
               geo_deg(most_rad));
     tell(ctx, f.text);
@@ -110,7 +110,7 @@ static void judge_near(const struct conf *conf, fit_fn tell, void *ctx)
     fault_set(
         &f,
         "[vehicle] near = %g m ends before %.1f m, from where on the beams are as large as the vehicle: `limit` "
-        "allows only slow; want near = %.1f m, if nothing closer is out of the sonars' sight",
+        "allows only slow; set near = %.1f m, if nothing closer is out of the sonars' sight",
         conf->vehicle.near_m, from_m, ceil(from_m * 10) / 10);
     tell(ctx, f.text);
 }
@@ -123,7 +123,7 @@ static void judge_circle(const struct conf *conf, const struct conf_sonar *c, fi
     fault_set(
         &f,
         "[grid] clear_for = %g s is shorter than circle = %g s of sonar %s: much of the circle stays unknown; "
-        "want clear_for = auto",
+        "set clear_for = auto",
         conf->grid.clear_for_s, c->circle_s, c->name);
     tell(ctx, f.text);
 }
@@ -158,7 +158,7 @@ static void judge_forget(const struct conf_grid *grid, fit_fn tell, void *ctx)
     fault_set(&f,
               "[grid%s%s] forget = %g s makes clear_for = auto %g s, too, instead of %g s or more: water is clear "
               "for no "
-              "longer than an echo in it blocks; want forget = %g s, or clear_for = %g s if that is meant",
+              "longer than an echo in it blocks; set forget = %g s, or clear_for = %g s if that is meant",
               grid->name[0] ? " " : "", grid->name, grid->forget_s, got_s, wanted_s, wanted_s, got_s);
     tell(ctx, f.text);
 }
@@ -174,7 +174,7 @@ static void judge_drift(const struct conf *conf, fit_fn tell, void *ctx)
         return;
     fault_set(&f,
               "[pose] heading_drift = %g deg/s: in the %g s of clear_for that is %.0f deg, which answers count to "
-              "both sides; want a compass, or a shorter clear_for",
+              "both sides; use a compass, or a shorter clear_for",
               geo_deg(conf->pose.heading_drift_radps), clear_for_s, drift_deg);
     tell(ctx, f.text);
 }
@@ -190,7 +190,7 @@ static void judge_pose_delay(const struct conf *conf, fit_fn tell, void *ctx)
     fault_set(
         &f,
         "[pose] delay = %g s: every pose is older than max_age = %g s before the next one comes, and nothing is "
-        "clear; want max_age = %g s",
+        "clear; set max_age = %g s",
         delay_s, max_age_s, delay_s + auto_s);
     tell(ctx, f.text);
 }

@@ -245,7 +245,7 @@ int options_parse(int argc, char **argv, struct options *o)
                                     : take_option(o, c, optarg);
     if (status < 0 && optind < argc) {
         fprintf(stderr,
-                "sonard: %s: want options only; a configuration is given as -c %s, a capture as --replay %s\n",
+                "sonard: %s: expected options only; a configuration is given as -c %s, a capture as --replay %s\n",
                 argv[optind], argv[optind], argv[optind]);
         return USAGE;
     }

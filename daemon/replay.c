@@ -102,7 +102,7 @@ static bool open_file(struct replay *r, const char *path, struct fault *fault)
     if (access(path, R_OK) != 0 || stat(path, &st) != 0)
         return fault_set(fault, "%s: %s", path, strerror(errno));
     if (!S_ISREG(st.st_mode))
-        return fault_set(fault, "%s: not a file; want a capture, as /var/lib/sonard/captures/NAME.mcap", path);
+        return fault_set(fault, "%s: not a file; expected a capture, as /var/lib/sonard/captures/NAME.mcap", path);
     r->reader = mcap_open(path, on_problem, r, fault);
     if (!r->reader)
         r->log = candump_open(path, &why);

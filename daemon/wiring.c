@@ -161,11 +161,12 @@ static bool check_map(const struct conf *conf, const struct pipeline_conf *pipel
     if (s->side == 0 || s->side > VOXMAP_MAX_SIDE)
         return fault_set(
             fault,
-            "[map] extent: a submap has more than %u tiles of %d voxels along its side; want a smaller "
+            "[map] extent: a submap has more than %u tiles of %d voxels along its side; use a smaller "
             "extent%s or larger voxels than %g m",
             VOXMAP_MAX_SIDE, TILE_SIDE, c->extent_m > 0 ? "" : ", submap_distance or range", c->voxel_m);
     if (c->tolerance_m > c->voxel_m)
-        return fault_set(fault, "[map] tolerance: %g m; want at most one voxel, %g m", c->tolerance_m, c->voxel_m);
+        return fault_set(fault, "[map] tolerance: %g m; expected at most one voxel, %g m", c->tolerance_m,
+                         c->voxel_m);
     return voxmap_bytes(s, &why) > 0 || fault_set(fault, "[map] %s", why.text);
 }
 

@@ -61,7 +61,7 @@ static bool parse_listen(char *text, struct web_server_conf *conf, struct fault 
     double port;
 
     if (!colon || colon == text || !arguments_number(colon + 1, 1, 65535, &port) || port != (int)port)
-        return fault_set(fault, "--listen %.100s: want ADDRESS:PORT", text);
+        return fault_set(fault, "--listen %.100s: expected ADDRESS:PORT", text);
     conf->port = (int)port;
     *colon = '\0';
     if (text[0] == '[' && colon[-1] == ']') {

@@ -136,11 +136,11 @@ bool web_query_add(const struct protocol_method *method, json_t *params, const c
     if (json_object_get(params, p->name))
         return fault_set(fault, "%s is given twice", p->name);
     if (!equals || n - name - 1 > WEB_QUERY_VALUE_MAX || memchr(equals, '\0', n - name))
-        return fault_set(fault, "%s: want %s=..., at most %d bytes", p->name, p->name, WEB_QUERY_VALUE_MAX);
+        return fault_set(fault, "%s: expected %s=..., at most %d bytes", p->name, p->name, WEB_QUERY_VALUE_MAX);
     memcpy(value, equals + 1, n - name - 1);
     value[n - name - 1] = '\0';
     read = read_value(p, value);
     if (!read || json_object_set_new(params, p->name, read) < 0)
-        return fault_set(fault, "%s=%.60s: want %s", p->name, value, wanted(p));
+        return fault_set(fault, "%s=%.60s: expected %s", p->name, value, wanted(p));
     return true;
 }

@@ -16,7 +16,7 @@ static const char head[] = "# Written by sonard-web; a change by hand is lost.\n
 
 bool web_settings_parse(const char *text, struct web_setting *setting, struct fault *fault)
 {
-    static const char wanted[] = "want [section] key = value";
+    static const char wanted[] = "expected [section] key = value";
     const size_t n = strlen(text);
     const size_t section = text[0] == '[' ? 1 + strspn(text + 1, SECTION_CHARACTERS) : 0;
 

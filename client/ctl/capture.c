@@ -149,9 +149,9 @@ static int add_pose(int n, char **file, const char *offset)
     const double offset_s = offset ? strtod(offset, &end) : 0;
 
     if (n != 3)
-        return wrong_usage("add-pose wants three files: FILE, POSES and OUT");
+        return wrong_usage("add-pose needs three files: FILE, POSES and OUT");
     if (offset && (end == offset || *end || !isfinite(offset_s)))
-        return wrong_usage("--offset wants seconds, for instance -1700000000");
+        return wrong_usage("--offset: expected seconds, for instance -1700000000");
     return capture_add_pose(file[0], file[1], file[2], offset_s);
 }
 
@@ -159,21 +159,21 @@ static int run_command(const char *command, int n, char **file, const char *sens
 {
     if (strcmp(command, "import") == 0)
         return n == 2 ? capture_import(file[0], file[1], sensor ? sensor : DEFAULT_SENSOR, conf)
-                      : wrong_usage("import wants two files, IN and OUT");
+                      : wrong_usage("import needs two files, IN and OUT");
     if (sensor || conf)
         return wrong_usage("--sensor and --conf belong to import");
     if (strcmp(command, "export") == 0) {
         if (!csv)
-            return wrong_usage("export wants --csv, the only form there is");
+            return wrong_usage("export needs --csv, the only form there is");
         return n == 1 || n == 2 ? capture_export(file[0], n == 2 ? file[1] : NULL)
-                                : wrong_usage("export wants one file, or two");
+                                : wrong_usage("export needs one file, or two");
     }
     if (csv)
         return wrong_usage("--csv belongs to export");
     if (strcmp(command, "info") == 0)
-        return n == 1 ? capture_info(file[0]) : wrong_usage("info wants one file");
+        return n == 1 ? capture_info(file[0]) : wrong_usage("info needs one file");
     if (strcmp(command, "repair") == 0)
-        return n == 2 ? repair(file[0], file[1]) : wrong_usage("repair wants two files, IN and OUT");
+        return n == 2 ? repair(file[0], file[1]) : wrong_usage("repair needs two files, IN and OUT");
     return wrong_usage("the commands are import, info, repair, export and add-pose");
 }
 
@@ -210,7 +210,7 @@ static int command_line(int argc, char **argv)
     if (optind == argc)
         return wrong_usage("no command");
     if (sensor && !good_sensor_name(sensor))
-        return wrong_usage("--sensor wants up to 31 letters, digits, - and _");
+        return wrong_usage("--sensor: expected up to 31 letters, digits, - and _");
     if (strcmp(argv[optind], "add-pose") == 0 && !sensor && !conf && !csv)
         return add_pose(argc - optind - 1, argv + optind + 1, offset);
     if (offset)

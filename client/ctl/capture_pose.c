@@ -79,12 +79,12 @@ static bool take_line(struct poses *poses, const char *text, double offset_s, do
     bool good = false;
 
     if (!json_is_number(t) || json_object_size(pose) < 2)
-        fault_set(fault, "want a JSON object with t_unix and attitude_deg, quaternion, position_m, depth_m, "
+        fault_set(fault, "expected a JSON object with t_unix and attitude_deg, quaternion, position_m, depth_m, "
                          "velocity_mps or altitude_m, as sonard-poses prints them");
     else if (!(t_unix >= 0 && t_unix <= UNIX_MOST_S))
-        fault_set(fault, "t_unix and --offset make %g s: want 0 to %g", t_unix, UNIX_MOST_S);
+        fault_set(fault, "t_unix and --offset make %g s: expected 0 to %g", t_unix, UNIX_MOST_S);
     else if (t_unix < *last_s)
-        fault_set(fault, "t_unix is before that of the line before: want the lines in order of time");
+        fault_set(fault, "t_unix is before that of the line before: expected the lines in order of time");
     else if (!(good = keep_pose(poses, pose, t_unix)))
         fault_set(fault, "out of memory");
     *last_s = t_unix;

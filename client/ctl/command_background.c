@@ -73,7 +73,7 @@ int command_background(struct context *context)
         if (strcmp(actions[i].word, word) == 0)
             method = actions[i].method;
     if (!method)
-        return command_usage("background", "want one of show, learn, stop, save, load, forget");
+        return command_usage("background", "expected one of show, learn, stop, save, load, forget");
     if (command_refuses_picture(context, json_string_value(json_object_get(options, "svg"))))
         return EXIT_USAGE;
     svg = json_incref(json_object_get(options, "svg"));

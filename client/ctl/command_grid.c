@@ -27,5 +27,5 @@ int command_grid(struct context *context)
         return lock(context, strcmp(word, "lock") == 0);
     if (strcmp(word, "export") == 0 && a->n_words == 2)
         return command_grid_export(context, a->word[1]);
-    return command_usage("grid", "want one of list, lock AZ, unlock AZ, export FILE");
+    return command_usage("grid", "expected one of list, lock AZ, unlock AZ, export FILE");
 }

@@ -141,7 +141,8 @@ int command_map(struct context *context)
             method = actions[i].method;
     if (!method) {
         json_decref(output);
-        return command_usage("map", "want one of status, draw, new, forget, save NAME, load NAME, export NAME");
+        return command_usage("map",
+                             "expected one of status, draw, new, forget, save NAME, load NAME, export NAME");
     }
     if (command_refuses_picture(context, json_string_value(output))) {
         json_decref(output);

@@ -96,7 +96,7 @@ static bool ask_numbers(struct setup *s, const struct question *question, double
             memcpy(value, number, (size_t)n * sizeof *value);
             return true;
         }
-        fprintf(stderr, "  want %d number%s from %g to %g\n", n, n > 1 ? "s" : "", lo, hi);
+        fprintf(stderr, "  expected %d number%s from %g to %g\n", n, n > 1 ? "s" : "", lo, hi);
     }
     return s->asks;
 }
@@ -266,7 +266,7 @@ static bool ask_yes(struct setup *s, const char *question)
 
         if (yes || strcasecmp(answer, "n") == 0 || strcasecmp(answer, "no") == 0)
             return yes;
-        fprintf(stderr, "  want y or n\n");
+        fprintf(stderr, "  expected y or n\n");
     }
     return false;
 }
@@ -444,7 +444,7 @@ int command_setup(struct context *context)
     snprintf(s.name, sizeof s.name, "%s", name ? name : DEFAULT_NAME);
     if (s.name[strspn(s.name, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_")] || !s.name[0] ||
         (name && strlen(name) >= sizeof s.name))
-        return command_usage("setup", "--name wants up to 31 letters, digits, - and _");
+        return command_usage("setup", "--name: expected up to 31 letters, digits, - and _");
     if (!check_options(&s))
         return EXIT_USAGE;
     if (output_exists(&s))

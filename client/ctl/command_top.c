@@ -256,7 +256,7 @@ int command_top(struct context *context)
     if (once) {
         status = print_once(top);
     } else if (!terminal_enter(&terminal)) {
-        status = command_usage("top", "top wants a terminal; --once prints one frame");
+        status = command_usage("top", "top needs a terminal; --once prints one frame");
     } else {
         run_view(top, &terminal);
         terminal_leave(&terminal);

@@ -85,7 +85,7 @@ static int run_command(const struct command *command, int argc, char **argv, int
     } else if (json_object_get(arguments->options, "help")) {
         status = print_help(command);
     } else if (arguments->n_words < command->min_words || arguments->n_words > command->max_words) {
-        fault_set(&fault, "want: sonarctl %s%s%s", command->name, command->words[0] ? " " : "", command->words);
+        fault_set(&fault, "usage: sonarctl %s%s%s", command->name, command->words[0] ? " " : "", command->words);
         status = command_usage(command->name, fault.text);
     } else {
         take_common(&context);

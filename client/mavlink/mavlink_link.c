@@ -60,7 +60,8 @@ static bool refuse_tcp(const char *address, struct fault *fault)
 static bool refuse_udp_port(const char *address, const char *number, struct fault *fault)
 {
     return fault_set(
-        fault, "link '%.100s': want udpin:%s to wait for datagrams at that port, or udp:HOST:%s to send to HOST",
+        fault,
+        "link '%.100s': expected udpin:%s to wait for datagrams at that port, or udp:HOST:%s to send to HOST",
         address, number, number);
 }
 
@@ -73,7 +74,7 @@ static bool check_own_address(const char *address, const char *place, struct fau
         return true;
     return fault_set(
         fault,
-        "link '%.100s': '%.60s' is no IPv4 address: want udpin:PORT, or udpin:ADDRESS:PORT with an address "
+        "link '%.100s': '%.60s' is no IPv4 address: expected udpin:PORT, or udpin:ADDRESS:PORT with an address "
         "of this computer",
         address, place);
 }
@@ -106,7 +107,8 @@ bool mavlink_link_init(struct mavlink_link *link, const char *address, struct fa
         return refuse_udp_port(address, number, fault);
     if (!rest || (place_n == 0 && link->kind != MAVLINK_UDPIN) || place_n >= sizeof link->place)
         return fault_set(
-            fault, "link '%.100s': want udp:HOST:PORT, udpin:PORT, udpin:ADDRESS:PORT or serial:/dev/NAME:BAUD",
+            fault,
+            "link '%.100s': expected udp:HOST:PORT, udpin:PORT, udpin:ADDRESS:PORT or serial:/dev/NAME:BAUD",
             address);
     memcpy(link->place, rest, place_n);
     if (link->kind == MAVLINK_UDPIN && !check_own_address(address, link->place, fault))
@@ -119,7 +121,8 @@ bool mavlink_link_init(struct mavlink_link *link, const char *address, struct fa
                          address, number);
     }
     if (parse_number(number, 65535) == 0)
-        return fault_set(fault, "link '%.100s': want a UDP port from 1 to 65535, not '%.20s'", address, number);
+        return fault_set(fault, "link '%.100s': expected a UDP port from 1 to 65535, not '%.20s'", address,
+                         number);
     snprintf(link->port, sizeof link->port, "%u", parse_number(number, 65535));
     return true;
 }

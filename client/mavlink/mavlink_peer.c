@@ -25,7 +25,7 @@ bool mavlink_network_parse(const char *text, struct mavlink_network *network, st
         memcpy(host, text, n);
     if (inet_pton(AF_INET, host, &address) != 1 || digits < 1 || digits > 2 || (slash && slash[1 + digits]) ||
         bits < 1 || bits > 32)
-        return fault_set(fault, "'%.60s': want an IPv4 address, or a network as 192.168.2.0/24", text);
+        return fault_set(fault, "'%.60s': expected an IPv4 address, or a network as 192.168.2.0/24", text);
     network->mask = UINT32_MAX << (32 - bits);
     network->host = ntohl(address.s_addr) & network->mask;
     return true;

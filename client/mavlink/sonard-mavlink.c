@@ -60,7 +60,7 @@ static const struct argument options[] = {
     {"--battery", "battery", "V", "the thrusters', when full (16.8)", ARGUMENT_NUMBER, 0, 10, 25},
     {"--drag", "drag", "A,B", "of the vehicle ahead, A v + B v^2 newtons (the least of published ones)",
      ARGUMENT_TEXT, 0, 0, 0},
-    {"--sign", "sign", "FILE", "sign frames, and want them signed, with the key of 64 hex digits in it",
+    {"--sign", "sign", "FILE", "sign frames, and require signatures, with the key of 64 hex digits in it",
      ARGUMENT_TEXT, 0, 0, 0},
     {"--sign-link", "sign-link", "N", "link id in our signatures (0)", ARGUMENT_INTEGER, 0, 0, 255},
     {"--version", "version", "", "print the version", ARGUMENT_FLAG, 0, 0, 0},
@@ -98,17 +98,17 @@ static void parse_words(const json_t *given, struct mavlink_bridge_conf *conf, s
         conf->obstacles.unknown_as = MAVLINK_UNKNOWN_AS_DISTANCE;
     if (conf->obstacles.unknown_as == MAVLINK_UNKNOWN_AS_DISTANCE &&
         !arguments_number(unknown, 0.01, MAVLINK_REACH_M, &conf->obstacles.unknown_m)) {
-        fault_set(fault, "--unknown-as %.50s: want far, unknown, or metres from 0.01 to %g", unknown,
+        fault_set(fault, "--unknown-as %.50s: expected far, unknown, or metres from 0.01 to %g", unknown,
                   MAVLINK_REACH_M);
     }
     conf->obstacles.north = conf->feed.north = frame && strcmp(frame, "ned") == 0;
     if (frame && !conf->feed.north && strcmp(frame, "body") != 0) {
-        fault_set(fault, "--frame %.50s: want body or ned", frame);
+        fault_set(fault, "--frame %.50s: expected body or ned", frame);
     }
     if (surface && strcmp(surface, "first") == 0) {
         conf->vehicle.surface_hpa = 0;
     } else if (surface && !arguments_number(surface, 300, 1200, &conf->vehicle.surface_hpa)) {
-        fault_set(fault, "--surface-pressure %.50s: want first, or hPa from 300 to 1200", surface);
+        fault_set(fault, "--surface-pressure %.50s: expected first, or hPa from 300 to 1200", surface);
     }
 }
 
@@ -127,10 +127,11 @@ static void parse_drag(const char *text, struct speed_bound_conf *drag, struct f
             arguments_number(comma + 1, 1, DRAG_MOST, &drag->square_ns2pm2))
             return;
     }
-    fault_set(fault,
-              "--drag %.50s: want two numbers, N at 1 m/s: 0 to %g of the linear part, 1 to %g of the square one, "
-              "such as 4.03,18.18",
-              text, DRAG_MOST, DRAG_MOST);
+    fault_set(
+        fault,
+        "--drag %.50s: expected two numbers, N at 1 m/s: 0 to %g of the linear part, 1 to %g of the square one, "
+        "such as 4.03,18.18",
+        text, DRAG_MOST, DRAG_MOST);
 }
 
 static void read_key(const char *path, struct mavlink_signing *signing, struct fault *fault)
@@ -142,7 +143,7 @@ static void read_key(const char *path, struct mavlink_signing *signing, struct f
     text[n] = '\0';
     if (!file || !mavlink_signing_key(signing, text))
         fault_set(fault, "--sign %.150s: %s", path,
-                  file ? "want a key of 64 hexadecimal digits in it" : strerror(errno));
+                  file ? "expected a key of 64 hexadecimal digits in it" : strerror(errno));
     if (file)
         fclose(file);
 }

@@ -230,7 +230,7 @@ bool template_learn(struct templates *s, int sensor, const struct background_lea
     const size_t size = background_learn_size(&t->shape, conf->pings);
     struct background_learn *learn = size <= TEMPLATE_LEARN_MAX ? malloc(size) : NULL;
     if (!learn)
-        return fault_set(fault, "%u pings of %u rows of %u bins need %zu MiB: %s; want fewer pings", conf->pings,
+        return fault_set(fault, "%u pings of %u rows of %u bins need %zu MiB: %s; use fewer pings", conf->pings,
                          t->shape.rows, t->shape.bins, size >> 20,
                          size > TEMPLATE_LEARN_MAX ? "more than 128" : "out of memory");
     if (!hand_over(s, sensor, t->background,

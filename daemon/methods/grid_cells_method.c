@@ -103,7 +103,7 @@ static bool cursor_of(const json_t *params, struct page *page, struct rpc_error 
         sscanf(text, "%9" SCNu32 ".%9" SCNu32 ".%19" SCNu64 ".%1" SCNu64 "%n", &c->direction, &c->layer, &c->moves,
                &c->ned, &end);
     page->started = end >= 0 && text[end] == '\0';
-    return page->started || rpc_refuse(error, RPC_INVALID_PARAMS, "cursor: want that of the previous page");
+    return page->started || rpc_refuse(error, RPC_INVALID_PARAMS, "cursor: expected that of the previous page");
 }
 
 static struct page *begin_page(struct methods_env *d, json_t *params, struct rpc_error *error)

@@ -356,7 +356,7 @@ static const char *name_of(const struct methods_env *d, const json_t *params, st
     if (map_service_name_good(name))
         return name;
     rpc_refuse(error, RPC_INVALID_PARAMS,
-               "name: want a file name without its ending: 1 to %d letters, digits, - and _",
+               "name: expected a file name without its ending: 1 to %d letters, digits, - and _",
                MAP_SERVICE_NAME_MAX);
     return NULL;
 }

@@ -68,7 +68,7 @@ static void tell_doubt(struct methods_env *d, const json_t *params)
         log_line(
             LOG_WARNING, "pose_doubt",
             "pose: the heading in attitude_deg has gone round the circle and stayed below 6.3, as one in radians "
-            "does: want degrees");
+            "does: send degrees");
     if (params_has(params, "depth_m") && pose_doubt_depth(&d->pose_doubt, params_number(params, "depth_m")))
         log_line(LOG_WARNING, "pose_doubt",
                  "pose: depth_m = %g is above the surface: if the vehicle is in the water, send metres below the "
@@ -164,7 +164,7 @@ static bool pose_take(struct methods_env *d, const char *sender, json_t *params,
     if (!p.has && !bound && !pushed)
         return rpc_refuse(
             error, RPC_INVALID_PARAMS,
-            "empty pose: want attitude_deg, quaternion, position_m, depth_m, velocity_mps, altitude_m, "
+            "empty pose: expected attitude_deg, quaternion, position_m, depth_m, velocity_mps, altitude_m, "
             "speed_bound_mps or push_n");
     if (bound && !take_bound(d, params, p.t_ns) && !p.has)
         return rpc_refuse(error, RPC_INVALID_PARAMS, "t_unix is not after that of the last speed_bound_mps");

@@ -163,7 +163,7 @@ bool sensor_asked(const struct methods_env *d, const json_t *params, int *sensor
         used += (size_t)snprintf(names + used, sizeof names - used, "%s%s", *sensor ? ", " : "", one);
     }
     return !name ||
-           rpc_refuse(error, RPC_INVALID_PARAMS, "parameter 'sensor' is %.40s, want one of: %s", name, names);
+           rpc_refuse(error, RPC_INVALID_PARAMS, "parameter 'sensor' is %.40s, expected one of: %s", name, names);
 }
 
 /* An attitude that is too old is none: who reads it may not look at its age. */

@@ -250,7 +250,7 @@ static bool cursor_of(const json_t *params, struct page *page, struct rpc_error 
         sscanf(text, "%10" SCNu32 ".%18" SCNd64 ".%19" SCNu64 ".%19" SCNu64 "%n", &c->walk.part, &c->walk.at,
                &c->change_of_all, &c->next_id, &end);
     page->started = end >= 0 && text[end] == '\0';
-    return page->started || rpc_refuse(error, RPC_INVALID_PARAMS, "cursor: want that of the previous page");
+    return page->started || rpc_refuse(error, RPC_INVALID_PARAMS, "cursor: expected that of the previous page");
 }
 
 static struct page *begin_page(struct methods_env *d, json_t *params, struct json_out *out,

@@ -120,7 +120,7 @@ int listen_unix(const char *path, unsigned mode, struct fault *fault)
     int lock, fd = -1;
 
     if (length == 0 || length >= sizeof address.sun_path) {
-        fault_set(fault, "socket path has %zu bytes, want 1 to %zu", length, sizeof address.sun_path - 1);
+        fault_set(fault, "socket path has %zu bytes, expected 1 to %zu", length, sizeof address.sun_path - 1);
         return -1;
     }
     memcpy(address.sun_path, path, length);
@@ -152,7 +152,7 @@ bool listen_inherited(int *fd, struct fault *fault)
     unsetenv("LISTEN_PID");
     unsetenv("LISTEN_FDS");
     if (n > 1)
-        return fault_set(fault, "the service manager hands over %ld sockets, want one ListenStream", n);
+        return fault_set(fault, "the service manager hands over %ld sockets, expected one ListenStream", n);
     if (!is_listening_unix(FIRST_FD))
         return fault_set(fault, "the inherited file descriptor is not a listening UNIX stream socket");
     if (fcntl(FIRST_FD, F_SETFD, FD_CLOEXEC) < 0 || fcntl(FIRST_FD, F_SETFL, O_NONBLOCK) < 0)

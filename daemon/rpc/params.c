@@ -80,7 +80,7 @@ static bool refuse_unknown(const struct protocol_param *rows, json_t *params, st
 
 static bool refuse_kind(const char *label, const json_t *value, const char *wanted, struct rpc_error *error)
 {
-    return rpc_refuse(error, RPC_INVALID_PARAMS, "parameter '%s' is %s, want %s", label, params_kind(value),
+    return rpc_refuse(error, RPC_INVALID_PARAMS, "parameter '%s' is %s, expected %s", label, params_kind(value),
                       wanted);
 }
 
@@ -95,7 +95,7 @@ static bool check_number(const struct protocol_param *row, const char *label, co
         return refuse_kind(label, value, wanted, error);
     const double number = json_number_value(value);
     return (number >= row->lo && number <= row->hi) ||
-           rpc_refuse(error, RPC_INVALID_PARAMS, "parameter '%s' is %g, want %s", label, number, wanted);
+           rpc_refuse(error, RPC_INVALID_PARAMS, "parameter '%s' is %g, expected %s", label, number, wanted);
 }
 
 static bool check_integer(const struct protocol_param *row, const json_t *value, struct rpc_error *error)
@@ -104,11 +104,12 @@ static bool check_integer(const struct protocol_param *row, const json_t *value,
     char wanted[80];
     snprintf(wanted, sizeof wanted, "a whole number from %lld to %lld", lo, hi);
     if (json_is_real(value))
-        return rpc_refuse(error, RPC_INVALID_PARAMS, "parameter '%s' is not whole, want %s", row->name, wanted);
+        return rpc_refuse(error, RPC_INVALID_PARAMS, "parameter '%s' is not whole, expected %s", row->name,
+                          wanted);
     if (!json_is_integer(value))
         return refuse_kind(row->name, value, wanted, error);
     return (number >= lo && number <= hi) ||
-           rpc_refuse(error, RPC_INVALID_PARAMS, "parameter '%s' is %lld, want %s", row->name, number, wanted);
+           rpc_refuse(error, RPC_INVALID_PARAMS, "parameter '%s' is %lld, expected %s", row->name, number, wanted);
 }
 
 /* n numbers; label: the array's name in messages. */
@@ -120,8 +121,8 @@ static bool check_numbers(const struct protocol_param *row, const char *label, c
     if (!json_is_array(value))
         return refuse_kind(label, value, one, error);
     if (json_array_size(value) != n)
-        return rpc_refuse(error, RPC_INVALID_PARAMS, "parameter '%s' has %zu elements, want %zu numbers", label,
-                          json_array_size(value), n);
+        return rpc_refuse(error, RPC_INVALID_PARAMS, "parameter '%s' has %zu elements, expected %zu numbers",
+                          label, json_array_size(value), n);
     for (size_t i = 0; i < n; i++) {
         snprintf(one, sizeof one, "%s[%zu]", label, i);
         if (!check_number(row, one, json_array_get(value, i), error))
@@ -164,7 +165,7 @@ static bool check_word(const struct protocol_param *row, const json_t *value, st
             return true;
         list_name(allowed, row->words[i]);
     }
-    return rpc_refuse(error, RPC_INVALID_PARAMS, "parameter '%s' is %.40s, want one of: %s", row->name,
+    return rpc_refuse(error, RPC_INVALID_PARAMS, "parameter '%s' is %.40s, expected one of: %s", row->name,
                       word ? word : params_kind(value), allowed);
 }
 

@@ -80,6 +80,6 @@ bool device_conf_check(const struct device_ops *ops, const struct device_conf *c
                          geo_deg(conf->sector_end_rad));
     if (conf->steered &&
         fabs(remainder(conf->sector_end_rad - conf->sector_start_rad, GEO_TURN)) > FULL_CIRCLE_RAD)
-        return fault_set(fault, "scan = active: wants the full circle, sector = 0 360 deg");
+        return fault_set(fault, "scan = active needs the full circle, sector = 0 360 deg");
     return true;
 }

@@ -40,11 +40,12 @@ bool cast_opening_init(struct cast_opening *o, enum cast_shape shape, double hal
 
     if (!(half_az_rad > 0 && (open_ended ? half_az_rad <= most_az : half_az_rad < most_az)) ||
         !(el_rad > 0 && (open_ended ? el_rad <= RIGHT_ANGLE : el_rad < RIGHT_ANGLE)))
-        return fault_set(fault, "a %s's half apertures are %g and %g degrees: want more than 0, and %s %g and 90",
+        return fault_set(fault,
+                         "a %s's half apertures are %g and %g degrees: expected more than 0, and %s %g and 90",
                          name[shape], geo_deg(half_az_rad), geo_deg(half_el_rad),
                          open_ended ? "at most" : "less than", geo_deg(most_az));
     if (!(tolerance_m >= 0 && tolerance_m < 1e3))
-        return fault_set(fault, "a beam's tolerance is %g m: want 0 or more", tolerance_m);
+        return fault_set(fault, "a beam's tolerance is %g m: expected 0 or more", tolerance_m);
     *o = (struct cast_opening){
         .shape = shape,
         .half_az_rad = half_az_rad,

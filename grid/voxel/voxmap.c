@@ -23,25 +23,25 @@ uint32_t voxmap_side(double range_m, double path_m, double voxel_m)
 static const char *refused(const struct voxmap_setting *s)
 {
     if (!(s->voxel_m >= 0.01 && s->voxel_m <= 10))
-        return "voxel: want 0.01 to 10 m";
+        return "voxel: expected 0.01 to 10 m";
     if (!submap_bytes(s->side, 1))
-        return "side: want 1 to 4096 tiles";
+        return "side: expected 1 to 4096 tiles";
     if (s->max_submaps < 2 || s->max_submaps > VOXMAP_MAX_SUBMAPS)
-        return "submaps: want 2 to 256";
+        return "submaps: expected 2 to 256";
     if (!tiles_bytes(s->n_tiles, s->height, s->keep_echoes ? 2 : 1))
-        return "memory: want at least one tile of 16 x 16 columns";
+        return "memory: expected at least one tile of 16 x 16 columns";
     if (!(s->tolerance_m >= 0 && s->tolerance_m <= s->voxel_m))
-        return "tolerance: want 0 to one voxel";
+        return "tolerance: expected 0 to one voxel";
     if (!(s->opening > 0 && s->opening <= 1))
-        return "opening: want more than 0, at most 1";
+        return "opening: expected more than 0, at most 1";
     if (s->weight_levels < 1 || s->weight_levels > VOXMAP_MAX_LEVELS)
-        return "weight levels: want 1 to 8";
+        return "weight levels: expected 1 to 8";
     if (s->rule.threshold * s->weight_levels > 254)
-        return "threshold: want at most 254 over the weight levels";
+        return "threshold: expected at most 254 over the weight levels";
     if (!(s->body_radius_m >= 0 && s->body_radius_m <= 100))
-        return "body radius: want 0 to 100 m";
+        return "body radius: expected 0 to 100 m";
     if (!(s->submap_path_m > 0) || s->submap_ns == 0 || s->half_life_ns == 0)
-        return "submap path, submap time and half-life: want more than 0";
+        return "submap path, submap time and half-life: expected more than 0";
     return NULL;
 }
 

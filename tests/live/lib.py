@@ -438,7 +438,7 @@ def refused(client, method, code=None, /, **params):
     try:
         client.call(method, **params)
     except RpcError as error:
-        check(code in (None, error.code), "%s: code %d, want %s: %s" % (method, error.code, code, error))
+        check(code in (None, error.code), "%s: code %d, expected %s: %s" % (method, error.code, code, error))
         return str(error)
     raise Failed("%s %s was not refused" % (method, params))
 

@@ -103,7 +103,7 @@ def radians(bench):
             made.write([(1, (1700000000 + second) * 10**9, json.dumps(pose).encode())])
         made.end()
         said = bench.run(SONARD, "--replay", bench.path(name), "-c", conf, "--socket", "none").stderr
-        check(("as one in radians does: want degrees" in said) == told, "%s: %s" % (name, said))
+        check(("as one in radians does: send degrees" in said) == told, "%s: %s" % (name, said))
 
 
 def unmeasured(bench):

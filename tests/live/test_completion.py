@@ -55,7 +55,7 @@ def protocol(bench):
     check(sorted(got) == methods, "methods differ by %s" % (set(methods) ^ set(got)))
     for method in methods:
         keys = sorted(DEFS[method + ".params"].get("properties", {}))
-        check(sorted(offered(bench, "watch", method, "")) == [key + "=" for key in keys], "%s: want %s" % (method, keys))
+        check(sorted(offered(bench, "watch", method, "")) == [key + "=" for key in keys], "%s: expected %s" % (method, keys))
 
 
 def options(bench):

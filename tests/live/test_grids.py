@@ -41,7 +41,7 @@ def case_as_planned(bench):
 def case_refused(bench):
     client = basin(bench, 1)
     check("no grid of that name" in refused(client, "sectors", grid="far"), "a grid that is not there")
-    check("want a string" in refused(client, "sectors", grid=7), "a number for a name")
+    check("expected a string" in refused(client, "sectors", grid=7), "a number for a name")
 
 
 def case_too_much_memory(bench):

@@ -112,7 +112,7 @@ def poses_are_added_and_replayed(bench):
     check(before[-1]["sectors"]["pose_age_s"] is None, "it had poses before")
     again, done = bench.path("again.mcap"), bench.run(SONARCTL, "capture", "add-pose", "--offset", "-1000", posed, poses, bench.path("again.mcap"))
     check(done.returncode == 1 and "has poses of its own" in done.stderr and not os.path.exists(again), done.stderr)
-    for text, wanted in (("{}", ":1: want a JSON object with t_unix"), ("x", ":1: want"), (lines[1] + "\n" + lines[0], ":2: t_unix is before"),
+    for text, wanted in (("{}", ":1: expected a JSON object with t_unix"), ("x", ":1: expected"), (lines[1] + "\n" + lines[0], ":2: t_unix is before"),
                          ('{"t_unix":1e300,"depth_m":1}', ":1: t_unix and --offset make"), ("", "no pose in it")):
         _, done = add_pose(bench, capture, bench.write("bad.jsonl", text))
         check(done.returncode == 1 and wanted in done.stderr, "%s: %s" % (text, done.stderr))

@@ -56,7 +56,7 @@ def shows(bench):
 def compiled(bench, usr):
     """The example, compiled against the installed tree as its head says."""
     if SANITIZER:
-        raise Skipped("a library with a sanitizer wants a program with it")
+        raise Skipped("a library with a sanitizer needs a program with it")
     pkg_config = dict(os.environ, PKG_CONFIG_SYSROOT_DIR=bench.path("root"), PKG_CONFIG_PATH=usr + "/lib/pkgconfig")
     flags = output("pkg-config", "--cflags", "--libs", "libsonard", env=pkg_config).split()
     program = bench.path("autopilot")

@@ -346,7 +346,7 @@ def refusals(bench):
     client = bench.sonard().client()
     for name in ("", "../x", "a/b", ".hidden", "x" * 65, "a b"):
         for method in ("map_save", "map_load", "map_export"):
-            expect_refusal(client, method, {"name": name}, "want a file name", -32602)
+            expect_refusal(client, method, {"name": name}, "expected a file name", -32602)
     bad = bench.path("bad.conf")
     with open(bench.path("sonard.conf"), encoding="ascii") as f:
         text = f.read()

@@ -600,23 +600,23 @@ def usage(bench):
     good = ("--link", "udp:127.0.0.1:14550")
     for words, wanted in (((), "--link LINK is missing"),
                           (("--link", "tcp:1.2.3.4:5"), "TCP is not supported"),
-                          (("--link", "udp:14550"), "want udpin:14550 to wait for datagrams at that port, or udp:HOST:14550 to send"),
+                          (("--link", "udp:14550"), "expected udpin:14550 to wait for datagrams at that port, or udp:HOST:14550 to send"),
                           (("--link", "udpin:rov:14550"), "'rov' is no IPv4 address"),
                           (("--link", "udpin:70000"), "UDP port from 1 to 65535"),
                           (("--link", "serial:/dev/null:12345"), "no baud rate"),
                           (good + ("--peer", "127.0.0.1"), "only --link udpin:PORT has more than one sender"),
-                          (("--link", "udpin:14550", "--peer", "blueos.local"), "want an IPv4 address, or a network"),
+                          (("--link", "udpin:14550", "--peer", "blueos.local"), "expected an IPv4 address, or a network"),
                           (good + ("--rate", "1"), "number from 5 to 50"),
                           (good + ("--system-id", "100000"), "whole number from 1 to 255"),
-                          (good + ("--system-id", "1e5"), "--system-id 1e5: want N"),
+                          (good + ("--system-id", "1e5"), "--system-id 1e5: expected N"),
                           (good + ("--component-id", "1"), "whole number from 2 to 255"),
                           (good + ("--sign-link", "256"), "whole number from 0 to 255"),
-                          (good + ("--distance", "5m"), "--distance 5m: want M"),
+                          (good + ("--distance", "5m"), "--distance 5m: expected M"),
                           (good + ("--density", "1"), "number from 900 to 1200"),
-                          (good + ("--unknown-as", "near"), "want far, unknown, or metres"),
-                          (good + ("--frame", "north"), "want body or ned"),
+                          (good + ("--unknown-as", "near"), "expected far, unknown, or metres"),
+                          (good + ("--frame", "north"), "expected body or ned"),
                           (good + ("--barometer", "4"), "whole number from 1 to 3"),
-                          (good + ("--surface-pressure", "2"), "want first, or hPa"),
+                          (good + ("--surface-pressure", "2"), "expected first, or hPa"),
                           (good + ("--sign", "/nowhere"), "No such file"),
                           (good + ("--sign", bench.write("key", "00ff")), "64 hexadecimal digits"),
                           (good + ("now",), "'now' is no option")):
@@ -656,7 +656,7 @@ def barometers(bench, autopilot):
 def nosuch(bench, autopilot):
     """A downward sonar that the daemon does not have is told once; all else goes on."""
     process = start(bench, autopilot, "--downward", "nosuch")[3]
-    until(lambda: "--downward: not connected: parameter 'sensor' is nosuch, want one of: head" in process.log(), "why")
+    until(lambda: "--downward: not connected: parameter 'sensor' is nosuch, expected one of: head" in process.log(), "why")
     until(autopilot.obstacles, "OBSTACLE_DISTANCE")
     check(process.log().count("nosuch") == 1, "told again: " + process.log())
 

@@ -42,9 +42,9 @@ CONFIGURATIONS = (
 # program, words, exit status, what the message names; CONF is a good configuration, NONE a file that is not there
 COMMANDS = (
     ("azimuth in words", SONARCTL, ("blocked", "north", "--distance", "5"), 3, ("AZ must be a number of degrees",)),
-    ("no azimuth", SONARCTL, ("blocked", "--distance", "5"), 3, ("want: sonarctl blocked AZ --distance M",)),
+    ("no azimuth", SONARCTL, ("blocked", "--distance", "5"), 3, ("usage: sonarctl blocked AZ --distance M",)),
     ("no distance", SONARCTL, ("blocked", "30"), 3, ("--distance D is missing", "blocked --help")),
-    ("distance with a unit", SONARCTL, ("blocked", "30", "--distance", "5m"), 3, ("--distance 5m: want M as a plain number, such as 5: how far to look ahead, in m",)),
+    ("distance with a unit", SONARCTL, ("blocked", "30", "--distance", "5m"), 3, ("--distance 5m: expected M as a plain number, such as 5: how far to look ahead, in m",)),
     ("typo in an option", SONARCTL, ("blocked", "30", "--distnace", "5"), 3, ("--distnace", "did you mean --distance?")),
     ("typo in a command", SONARCTL, ("bloked", "30"), 3, ("no command 'bloked'", "did you mean blocked?")),
     ("attitude of two angles", SONARCTL, ("pose", "--attitude", "0,90"), 3, ("--attitude 0,90", "roll, pitch, yaw, in degrees")),
@@ -59,14 +59,14 @@ COMMANDS = (
     ("capture that is none", SONARCTL, ("capture", "info", "CONF"), 1, ("CONF: not a capture", "MCAP")),
     ("import of something else", SONARCTL, ("capture", "import", "CONF", "NONE"), 1, ("CONF: neither a Ping-Viewer sensor log",)),
     ("import over a file", SONARCTL, ("capture", "import", "tests/replay/box-head.txt", "CONF"), 1, ("CONF: File exists",)),
-    ("export without a form", SONARCTL, ("capture", "export", "CONF"), 2, ("export wants --csv",)),
+    ("export without a form", SONARCTL, ("capture", "export", "CONF"), 2, ("export needs --csv",)),
     ("replay without a file", SONARD, ("--replay",), 2, ("--replay CAPTURE.mcap",)),
     ("replay of nothing", SONARD, ("--replay", "NONE"), 1, ("NONE: No such file",)),
     ("replay of another program's recording", SONARD, ("--replay", "CONF"), 1, ("CONF: not a capture", "`sonarctl capture import`", "`sonard-rosbag`")),
     ("replay of a folder", SONARD, ("--replay", "/tmp"), 1, ("/tmp: not a file",)),
     ("configuration as a word", SONARD, ("CONF",), 2, ("-c CONF",)),
-    ("check of a program", SONARD, ("--check", "/bin/sh"), 1, ("/bin/sh:1: byte 0x7f in column 1; want text in UTF-8",)),
-    ("check of a picture", SONARD, ("--check", "PICTURE"), 1, ("PICTURE:1: byte 0x89 in column 1; want text in UTF-8",)),
+    ("check of a program", SONARD, ("--check", "/bin/sh"), 1, ("/bin/sh:1: byte 0x7f in column 1; expected text in UTF-8",)),
+    ("check of a picture", SONARD, ("--check", "PICTURE"), 1, ("PICTURE:1: byte 0x89 in column 1; expected text in UTF-8",)),
     ("typo in an option of the daemon", SONARD, ("--chekc", "CONF"), 2, ("--chekc", "did you mean --check?")),
     ("configuration that is not there", SONARD, ("-c", "NONE"), 3, ("NONE: cannot be read", "No such file")),
     ("no configuration at all", SONARD, (), 3, ("no configuration at", "-c FILE", "sonarctl setup --output")),
@@ -81,7 +81,7 @@ def faults(what, done, status, wanted):
     said = done.stderr
     missing = [words for words in wanted if words not in said]
     if done.returncode != status or missing or done.returncode < 0:
-        yield "%s: status %d (want %d), no %s in: %s" % (what, done.returncode, status, missing, said.strip())
+        yield "%s: status %d (expected %d), no %s in: %s" % (what, done.returncode, status, missing, said.strip())
     first = said.split("\n\nusage:")[0].strip()
     if len(first.splitlines()) > 2:
         yield "%s: %d lines: %s" % (what, len(first.splitlines()), first)

@@ -122,7 +122,7 @@ def rounds(bench, count, file, loaded, begin, save, number):
 
 def preloadable():
     if SANITIZER:
-        raise Skipped("a sanitizer wants to be loaded first")
+        raise Skipped("a sanitizer needs to be loaded first")
 
 
 def said(client):

@@ -104,7 +104,7 @@ def broken(bench):
     check("clear_for = 200 s" in said and "forget = 160 s" in said, "it says only: " + said)
     bench.conf(map={"rnage": "3 m"})
     said = refused(client, "reload")
-    check("[map] rnage = 3 m: unknown key; want one of voxel" in said and said.endswith(", load"), "it says only: " + said)
+    check("[map] rnage = 3 m: unknown key; expected one of voxel" in said and said.endswith(", load"), "it says only: " + said)
     os.remove(path)
     check("cannot be read" in refused(client, "reload"), "a missing file is no fault")
     bench.conf(pose={"max_age": "20 s"})

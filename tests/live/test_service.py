@@ -74,7 +74,7 @@ def not_ours(bench):
 def hung(bench, threads):
     """A thread that hangs ends the feed; when it goes on, so does the feed. The loop alone goes on all the while."""
     if SANITIZER:
-        raise Skipped("a sanitizer wants to be loaded first")
+        raise Skipped("a sanitizer needs to be loaded first")
     manager = Manager(bench)
     bench.sim()
     bench.conf(pipeline={"threads": threads})
@@ -138,7 +138,7 @@ def handed_nonsense(bench):
     conf = bench.conf()
     left, right = socket.socketpair()
     for what, fd, count in (("not a listening UNIX stream socket", left.fileno(), 1),
-                            ("want one ListenStream", left.fileno(), 2)):
+                            ("expected one ListenStream", left.fileno(), 2)):
         daemon = activated(bench, fd, count, "-c", conf)
         check(daemon.wait(20 * PATIENCE) == 1, "started with nonsense")
         with open(bench.path("activated.log"), encoding="utf-8") as log:

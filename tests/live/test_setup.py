@@ -103,7 +103,7 @@ def refused(bench):
                                   (("--device", "micron", "--port", "serial:x"), 3, "as /dev/ttyUSB0:115200"),
                                   (("--port", "ttyUSB0"), 3, "must be a kind and an address"),
                                   (("--port", "udp:bluerov"), 3, "must be an address and a port number"),
-                                  (("--device", "micron", "--port", "/dev/null", "--name", "a b"), 3, "--name wants"),
+                                  (("--device", "micron", "--port", "/dev/null", "--name", "a b"), 3, "--name: expected"),
                                   (("--range", "500"), 3, "0.75 to 200"),
                                   (("--port", "/dev/null"), 2, "no sonar found at /dev/null; power, wiring, right port?"),
                                   (("--port", "can:can0"), 2, "serial lines, UDP and TCP only; give --device"),
@@ -156,7 +156,7 @@ def questions(bench):
     out = bench.path("asked.conf")
     status, said = asked(out, b"blueview\nping360\n0.3 0\n0.3 0 0.1\nja\nYes\n\n12\nsea\nHarbour\n")
     check(status == 0, said)
-    check("supported: micron" in said and "want 3 numbers" in said and "want y or n" in said and "expected pool" in said, said)
+    check("supported: micron" in said and "expected 3 numbers" in said and "expected y or n" in said and "expected pool" in said, said)
     with open(out, encoding="ascii") as f:
         text = f.read()
     for line in ("device = ping360", "mount = 0.3 0 0.1 m", "rotation = 180 0 0 deg", "range = 12 m", "radius = 0.287 m", "current = 0.3 m/s",

@@ -47,7 +47,7 @@ def while_others_ask(daemon, what, work):
 
 def slow(bench, threads):
     if SANITIZER:
-        raise Skipped("a sanitizer wants to be loaded first")
+        raise Skipped("a sanitizer needs to be loaded first")
     disk = bench.path("disk")
     os.mkdir(disk)
     bench.sim("--frame", "200,20,0.8", "--ms-per-gradian", "0.2", "--processing-ms", "0.5", quick=False)

@@ -12,7 +12,7 @@ from lib import SANITIZER, Skipped, check, free_port, helper, note, pings_until,
 
 def upset(bench, *arguments, **kinds):
     if SANITIZER:
-        raise Skipped("a sanitizer wants to be loaded first")
+        raise Skipped("a sanitizer needs to be loaded first")
     env = {"UPSET_" + kind.upper(): bench.path(file) for kind, file in kinds.items()}
     return bench.sonard(*arguments, env=dict(env, LD_PRELOAD=helper("upset.so")))
 

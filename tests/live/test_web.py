@@ -115,7 +115,7 @@ def settings(bench):
     for text, why in (("[grid] clear_for = 1 parsec", "clear_for"), ("[map] voxel = 1 m", "restart"), ("[grid] nonsense = 1", "nonsense"),
                       ("[grid fine] clear_for = 20 s", "restart"), ("[grid ] clear_for = 5 s", "blank"),
                       ("[sonar  box] rotation = 0 0 180 deg", "blank"),
-                      ("[server] change = all", "server"), ("[grid] clear_for = 5 s\n[server]\nchange = all", "want")):
+                      ("[server] change = all", "server"), ("[grid] clear_for = 5 s\n[server]\nchange = all", "expected")):
         error = set_it(text)["error"]["message"]
         check(why in error and content() == before and clear_for() == 21, "%s: %s, and the file has %s" % (text, error, content()))
     wrong = set_it("[grid] clear_for = 5 s", TOKEN[:-1] + "x")

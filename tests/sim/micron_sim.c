@@ -240,10 +240,10 @@ static const char *command_do(const char *text)
     for (; (word = strtok_r(NULL, " \t\r\n", &save)) != NULL; n++) {
         if (n == command->n_args || (arg[n] = strtod(word, &end), *end != '\0') ||
             !(arg[n] >= command->lo && arg[n] <= command->hi))
-            return "an argument too many, no number, or out of range; --help tells what it wants";
+            return "an argument too many, no number, or out of range; --help tells what it needs";
     }
     if (n != command->n_args)
-        return "an argument is missing; --help tells what it wants";
+        return "an argument is missing; --help tells what it needs";
     if (command->run != NULL)
         return command->run(arg);
     if (command->count != NULL)
@@ -339,7 +339,7 @@ static double number(const char *option, const char *text, double lo, double hi)
     double value = strtod(text, &end);
 
     if (end == text || *end != '\0' || !(value >= lo && value <= hi))
-        die("--%s %s: want a number in [%g, %g]", option, text, lo, hi);
+        die("--%s %s: expected a number in [%g, %g]", option, text, lo, hi);
     return value;
 }
 
@@ -350,7 +350,7 @@ static void pose_parse(const char *text)
 
     if (sscanf(text, "%lf,%lf,%lf,%lf%n", &p[0], &p[1], &p[2], &sim.yaw_deg, &used) != 4 || text[used] != '\0' ||
         !isfinite(p[0] + p[1] + p[2] + sim.yaw_deg))
-        die("--pose %s: want NORTH,EAST,DOWN,YAW in metres and degrees", text);
+        die("--pose %s: expected NORTH,EAST,DOWN,YAW in metres and degrees", text);
 }
 
 static void options_parse(struct options *o, int argc, char **argv)

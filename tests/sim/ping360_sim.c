@@ -152,7 +152,7 @@ static double number(const char *option, const char *text, double lo, double hi)
     double value = strtod(text, &end);
 
     if (end == text || *end != '\0' || !(value >= lo && value <= hi))
-        die("--%s %s: want a number in [%g, %g]", option, text, lo, hi);
+        die("--%s %s: expected a number in [%g, %g]", option, text, lo, hi);
     return value;
 }
 
@@ -164,7 +164,7 @@ static struct sim_pose pose_parse(const char *text)
 
     if (sscanf(text, "%lf,%lf,%lf,%lf%n", &p[0], &p[1], &p[2], &pose.yaw_deg, &used) != 4 || text[used] != '\0' ||
         !isfinite(p[0] + p[1] + p[2] + pose.yaw_deg))
-        die("--pose %s: want NORTH,EAST,DOWN,YAW in metres and degrees", text);
+        die("--pose %s: expected NORTH,EAST,DOWN,YAW in metres and degrees", text);
     return pose;
 }
 
@@ -175,7 +175,7 @@ static struct sim_frame frame_parse(const char *text)
 
     if (sscanf(text, "%lf,%lf,%lf%c", &f.azimuth_deg, &f.width_deg, &f.range_m, &rest) != 3 ||
         !(fabs(f.azimuth_deg) <= 360 && f.width_deg > 0 && f.width_deg <= 360 && f.range_m > 0 && f.range_m <= 50))
-        die("--frame %s: want azimuth and width in degrees, range in metres, as 200,20,0.8", text);
+        die("--frame %s: expected azimuth and width in degrees, range in metres, as 200,20,0.8", text);
     return f;
 }
 
@@ -186,7 +186,7 @@ static void timed_add(struct options *o, const char *text)
     int i = o->n_timed;
 
     if (end == text || *end != ':' || !(at_s >= 0.0 && at_s <= 1e6))
-        die("--at %s: want SECONDS:COMMAND", text);
+        die("--at %s: expected SECONDS:COMMAND", text);
     if (o->n_timed == MAX_TIMED)
         die("--at: at most %d", MAX_TIMED);
     for (; i > 0 && o->timed[i - 1].at_s > at_s; i--)
@@ -230,7 +230,7 @@ static void option_take(struct options *o, int option, const char *text)
         break;
     case OPT_FIRMWARE:
         if (strcmp(text, "old") != 0 && strcmp(text, "new") != 0)
-            die("--firmware %s: want new or old", text);
+            die("--firmware %s: expected new or old", text);
         o->head.old_firmware = strcmp(text, "old") == 0;
         break;
     case OPT_ID:

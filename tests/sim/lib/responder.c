@@ -103,7 +103,7 @@ static const char *command_set(struct responder *responder, const char *name, co
     if (number == NULL && fault == NULL)
         return "no such command; --help lists them";
     if (!number_parse(text, lo, hi, &value)) {
-        snprintf(want, sizeof want, "want a number in [%g, %g]", lo, hi);
+        snprintf(want, sizeof want, "expected a number in [%g, %g]", lo, hi);
         return want;
     }
     if (number != NULL)

@@ -169,7 +169,7 @@ static bool shape_parse(struct scene_shape *shape, char *line, struct fault *fau
         shape->p[n] = value;
     }
     if (word != NULL || n != shape->kind->n_numbers || !shape->kind->prepare(shape->p))
-        return fault_set(fault, "%s wants %s", shape->kind->name, shape->kind->numbers);
+        return fault_set(fault, "%s needs %s", shape->kind->name, shape->kind->numbers);
     return true;
 }
 

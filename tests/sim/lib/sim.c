@@ -328,7 +328,7 @@ bool sim_command(struct sim *sim, const char *text, uint64_t now_ns, char *answe
         n++;
     }
     if (word != NULL || n != command->n_args) {
-        snprintf(answer, answer_size, "error: %s wants: %s %s (%g to %g)", command->name, command->name,
+        snprintf(answer, answer_size, "error: %s needs: %s %s (%g to %g)", command->name, command->name,
                  command->args, command->lo, command->hi);
         return false;
     }

@@ -30,19 +30,19 @@ static void note_fault(void *ctx, const char *message)
 
 static bool known_device(const char *name, struct fault *fault)
 {
-    fault_set(fault, "no such device; want ping360");
+    fault_set(fault, "no such device; expected ping360");
     return strcmp(name, "ping360") == 0;
 }
 
 static bool known_port(const char *address, struct fault *fault)
 {
-    fault_set(fault, "no such kind of port; want serial:DEVICE:BAUD");
+    fault_set(fault, "no such kind of port; expected serial:DEVICE:BAUD");
     return strncmp(address, "serial:", 7) == 0;
 }
 
 static bool known_depth(const char *source, struct fault *fault)
 {
-    fault_set(fault, "no such source; want modbus-rtu:DEVICE:BAUD");
+    fault_set(fault, "no such source; expected modbus-rtu:DEVICE:BAUD");
     return strncmp(source, "modbus-", 7) == 0;
 }
 
@@ -56,7 +56,7 @@ static bool known_line(const char *name, struct fault *fault)
 static bool able_sonar(const struct conf_sonar *sonar, const struct conf_water *water, struct fault *fault)
 {
     if (sonar->gain > 6)
-        fault_set(fault, "gain = %d: want 0 .. 6", sonar->gain);
+        fault_set(fault, "gain = %d: expected 0 .. 6", sonar->gain);
     else if (water->sound_speed_mps > 1600)
         fault_set(fault, "sound_speed = %g m/s: too fast", water->sound_speed_mps);
     else if (sonar->range_m == 66)
@@ -101,7 +101,7 @@ static void check_broken(const struct broken *cases, size_t n)
     for (size_t i = 0; i < n; i++) {
         int faults = load(&conf, cases[i].text);
         if (strcmp(faults_seen, cases[i].want) != 0 || faults != count_lines(cases[i].want)) {
-            printf("%s: %d faults\n  got  %s\n  want %s\n", cases[i].name, faults, faults_seen, cases[i].want);
+            printf("%s: %d faults\n  got  %s\n  expected %s\n", cases[i].name, faults, faults_seen, cases[i].want);
             test_case_failed = true;
         }
     }
@@ -110,7 +110,7 @@ static void check_broken(const struct broken *cases, size_t n)
 #define CHECK_BROKEN(cases) check_broken(cases, sizeof(cases) / sizeof(cases)[0])
 
 #define SECTIONS                                                                                                  \
-    "want one of [sonar NAME], [water], [extract], [background], [grid], [grids], [map], [pose], "                \
+    "expected one of [sonar NAME], [water], [extract], [background], [grid], [grids], [map], [pose], "            \
     "[vehicle], [answers], [depth], [nmea], [gpio], "                                                             \
     "[server], "                                                                                                  \
     "[pipeline], [realtime], [record], "                                                                          \
@@ -122,9 +122,9 @@ TEST(broken_sections)
 {
     static const struct broken cases[] = {
         {"empty file", "",
-         "t.conf: no sonar; want 1 to 8 sections [sonar NAME], or [depth] or [nmea] to try that alone"},
+         "t.conf: no sonar; expected 1 to 8 sections [sonar NAME], or [depth] or [nmea] to try that alone"},
         {"only a comment", "# nothing\n",
-         "t.conf: no sonar; want 1 to 8 sections [sonar NAME], or [depth] or [nmea] to try that alone"},
+         "t.conf: no sonar; expected 1 to 8 sections [sonar NAME], or [depth] or [nmea] to try that alone"},
         {"unknown section", BASE "[engine]\npower = 3\n", "t.conf:4: [engine]: unknown section; " SECTIONS},
         {"misspelt section", BASE "[extrat]\n", "t.conf:4: [extrat]: unknown section; did you mean [extract]?"},
         {"misspelt sonar", BASE "[sonra b]\n", "t.conf:4: [sonra b]: unknown section; did you mean [sonar NAME]?"},
@@ -135,22 +135,25 @@ TEST(broken_sections)
          "t.conf:6: [water]: duplicate section (first defined on line 4)"},
         {"faults in a second section", BASE "[water]\n[water]\nsound_speed = 9 m/s\n",
          "t.conf:5: [water]: duplicate section (first defined on line 4)\n"
-         "t.conf:6: [water] sound_speed = 9 m/s: out of range; want 1350 to 1650 m/s"},
+         "t.conf:6: [water] sound_speed = 9 m/s: out of range; expected 1350 to 1650 m/s"},
         {"second sonar of a name", BASE "[ sonar  a ]\nrange = 5 m\n",
          "t.conf:4: [sonar a]: duplicate section (first defined on line 1)"},
         {"sonar without a name", BASE "[sonar]\n",
-         "t.conf:4: [sonar]: a sonar without a name; want [sonar NAME], NAME of 1 to 31 letters, digits, - and _"},
+         "t.conf:4: [sonar]: a sonar without a name; expected [sonar NAME], NAME of 1 to 31 letters, digits, - "
+         "and _"},
         {"sonar with a blank in its name", "[sonar a b]\n",
-         "t.conf:1: [sonar a b]: bad name of a sonar; want [sonar NAME], NAME of 1 to 31 letters, digits, - and "
+         "t.conf:1: [sonar a b]: bad name of a sonar; expected [sonar NAME], NAME of 1 to 31 letters, digits, - "
+         "and "
          "_"},
         {"sonar name too long", BASE "[sonar x2345678901234567890123456789012]\n",
-         "t.conf:4: [sonar x2345678901234567890123456789012]: bad name of a sonar; want [sonar NAME], NAME of 1 "
+         "t.conf:4: [sonar x2345678901234567890123456789012]: bad name of a sonar; expected [sonar NAME], NAME of "
+         "1 "
          "to "
          "31 letters, digits, - and _"},
         {"no bracket at the end", BASE "[water\nsound_speed = 1 m\n",
-         "t.conf:4: [water: no ] at the end of the section; want [section] alone on its line"},
+         "t.conf:4: [water: no ] at the end of the section; expected [section] alone on its line"},
         {"more behind the bracket", BASE "[water] sound_speed = 1500 m/s\n",
-         "t.conf:4: [water] sound_speed = 1500 m/s: more than a section; want [section] alone on its line"},
+         "t.conf:4: [water] sound_speed = 1500 m/s: more than a section; expected [section] alone on its line"},
         {"key before any section", "range = 20 m\n" BASE,
          "t.conf:1: range = 20 m: no section before it; put a [section] line above it"},
     };
@@ -160,15 +163,17 @@ TEST(broken_sections)
 TEST(broken_lines)
 {
     static const struct broken cases[] = {
-        {"no equals sign", BASE "range 20 m\n", "t.conf:4: range 20 m: not a key and its value; want key = value"},
+        {"no equals sign", BASE "range 20 m\n",
+         "t.conf:4: range 20 m: not a key and its value; expected key = value"},
         {"a colon is none", BASE "range: 20 m\n",
-         "t.conf:4: range: 20 m: not a key and its value; want key = value"},
+         "t.conf:4: range: 20 m: not a key and its value; expected key = value"},
         {"equals sign in a comment", BASE "range ; = 20 m\n",
-         "t.conf:4: range ; = 20 m: not a key and its value; want key = value"},
-        {"no key", BASE "= 20 m\n", "t.conf:4: = 20 m: not a key and its value; want key = value"},
-        {"last line without newline", BASE "range", "t.conf:4: range: not a key and its value; want key = value"},
+         "t.conf:4: range ; = 20 m: not a key and its value; expected key = value"},
+        {"no key", BASE "= 20 m\n", "t.conf:4: = 20 m: not a key and its value; expected key = value"},
+        {"last line without newline", BASE "range",
+         "t.conf:4: range: not a key and its value; expected key = value"},
         {"unknown key", BASE "[water]\ncolour = blue\n",
-         "t.conf:5: [water] colour = blue: unknown key; want one of sound_speed, density"},
+         "t.conf:5: [water] colour = blue: unknown key; expected one of sound_speed, density"},
         {"misspelt key", BASE "[extract]\ndetectr = soca\n",
          "t.conf:5: [extract] detectr = soca: unknown key; did you mean detector?"},
         {"key of another section", BASE "[extract]\nclear_for = 3 s\n",
@@ -180,22 +185,22 @@ TEST(broken_lines)
         {"duplicate key", BASE "range = 20 m\n\nrange = 20 m\n",
          "t.conf:6: [sonar a] range = 20 m: duplicate key (first set on line 4)"},
         {"an indented line is no continuation", BASE "range = 20 m\n  30 m\n",
-         "t.conf:5: 30 m: not a key and its value; want key = value"},
+         "t.conf:5: 30 m: not a key and its value; expected key = value"},
         {"hash comment behind a value", BASE "range = 20 m # far\n",
          "t.conf:4: [sonar a] range = 20 m # far: a # after a value; start a comment with ;"},
         {"Latin-1",
          BASE "# Gr\xfc\xdf"
               "e\n",
-         "t.conf:4: byte 0xfc in column 5; want text in UTF-8; the rest was not checked"},
+         "t.conf:4: byte 0xfc in column 5; expected text in UTF-8; the rest was not checked"},
         {"overlong UTF-8", BASE "# \xc0\xaf\n",
-         "t.conf:4: byte 0xc0 in column 3; want text in UTF-8; the rest was not checked"},
+         "t.conf:4: byte 0xc0 in column 3; expected text in UTF-8; the rest was not checked"},
         {"surrogate in UTF-8", BASE "# \xed\xa0\x80\n",
-         "t.conf:4: byte 0xed in column 3; want text in UTF-8; the rest was not checked"},
+         "t.conf:4: byte 0xed in column 3; expected text in UTF-8; the rest was not checked"},
         {"escape sequence", BASE "[log]\nlevel = \x1b[31minfo\n",
-         "t.conf:5: byte 0x1b in column 9; want text in UTF-8; the rest was not checked"},
+         "t.conf:5: byte 0x1b in column 9; expected text in UTF-8; the rest was not checked"},
         {"missing device and port", "\n[sonar a]\nrange = 20 m\n",
-         "t.conf:2: [sonar a] device: missing; want the name of a device, for instance ping360\n"
-         "t.conf:2: [sonar a] port: missing; want KIND:ADDRESS, for instance serial:/dev/ttyUSB0:115200"},
+         "t.conf:2: [sonar a] device: missing; expected the name of a device, for instance ping360\n"
+         "t.conf:2: [sonar a] port: missing; expected KIND:ADDRESS, for instance serial:/dev/ttyUSB0:115200"},
     };
     CHECK_BROKEN(cases);
 }
@@ -225,52 +230,56 @@ TEST(broken_numbers_with_units)
 {
     static const struct broken cases[] = {
         {"nothing", BASE "range =\n",
-         "t.conf:4: [sonar a] range = : no value after =; want 0.75 to 200 m " LENGTHS},
+         "t.conf:4: [sonar a] range = : no value after =; expected 0.75 to 200 m " LENGTHS},
         {"turn in another unit", BASE "[vehicle]\nmax_turn = 90 grad\n",
-         "t.conf:5: [vehicle] max_turn = 90 grad: unknown unit 'grad'; want 0.1 to 1000 deg/s (rad/s, "
+         "t.conf:5: [vehicle] max_turn = 90 grad: unknown unit 'grad'; expected 0.1 to 1000 deg/s (rad/s, "
          "deg/s, "
          "deg/h), or as many deg, or told"},
         {"no number", BASE "range = far\n",
-         "t.conf:4: [sonar a] range = far: 'far' is not a number; want 0.75 to 200 m " LENGTHS},
+         "t.conf:4: [sonar a] range = far: 'far' is not a number; expected 0.75 to 200 m " LENGTHS},
         {"nan", BASE "range = nan m\n",
-         "t.conf:4: [sonar a] range = nan m: 'nan m' is not a number; want 0.75 to 200 m " LENGTHS},
+         "t.conf:4: [sonar a] range = nan m: 'nan m' is not a number; expected 0.75 to 200 m " LENGTHS},
         {"infinity", BASE "range = inf m\n",
-         "t.conf:4: [sonar a] range = inf m: 'inf m' is not a number; want 0.75 to 200 m " LENGTHS},
+         "t.conf:4: [sonar a] range = inf m: 'inf m' is not a number; expected 0.75 to 200 m " LENGTHS},
         {"hexadecimal", BASE "range = 0x10 m\n",
-         "t.conf:4: [sonar a] range = 0x10 m: '0x10 m' is not a number; want 0.75 to 200 m " LENGTHS},
+         "t.conf:4: [sonar a] range = 0x10 m: '0x10 m' is not a number; expected 0.75 to 200 m " LENGTHS},
         {"decimal comma", BASE "range = 2,5 m\n",
-         "t.conf:4: [sonar a] range = 2,5 m: unknown unit ',5 m'; want 0.75 to 200 m " LENGTHS},
+         "t.conf:4: [sonar a] range = 2,5 m: unknown unit ',5 m'; expected 0.75 to 200 m " LENGTHS},
         {"too large for a double", BASE "range = 1e999 m\n",
-         "t.conf:4: [sonar a] range = 1e999 m: out of range; want 0.75 to 200 m " LENGTHS},
+         "t.conf:4: [sonar a] range = 1e999 m: out of range; expected 0.75 to 200 m " LENGTHS},
         {"out of range", BASE "range = 0.5 km\n",
-         "t.conf:4: [sonar a] range = 0.5 km: out of range; want 0.75 to 200 m " LENGTHS},
+         "t.conf:4: [sonar a] range = 0.5 km: out of range; expected 0.75 to 200 m " LENGTHS},
         {"below the range", BASE "range = 74.9 cm\n",
-         "t.conf:4: [sonar a] range = 74.9 cm: out of range; want 0.75 to 200 m " LENGTHS},
+         "t.conf:4: [sonar a] range = 74.9 cm: out of range; expected 0.75 to 200 m " LENGTHS},
         {"missing unit", BASE "range = 20\n",
-         "t.conf:4: [sonar a] range = 20: the unit is missing; want 0.75 to 200 m " LENGTHS},
+         "t.conf:4: [sonar a] range = 20: the unit is missing; expected 0.75 to 200 m " LENGTHS},
         {"a zero has a unit, too", BASE "[grid]\nmove_limit = 0\n",
-         "t.conf:5: [grid] move_limit = 0: the unit is missing; want 0.05 to 100 m " LENGTHS ", or auto"},
+         "t.conf:5: [grid] move_limit = 0: the unit is missing; expected 0.05 to 100 m " LENGTHS ", or auto"},
         {"wrong unit", BASE "range = 20 s\n",
-         "t.conf:4: [sonar a] range = 20 s: unknown unit 's'; want 0.75 to 200 m " LENGTHS},
+         "t.conf:4: [sonar a] range = 20 s: unknown unit 's'; expected 0.75 to 200 m " LENGTHS},
         {"unknown unit", BASE "range = 20 feet\n",
-         "t.conf:4: [sonar a] range = 20 feet: unknown unit 'feet'; want 0.75 to 200 m " LENGTHS},
+         "t.conf:4: [sonar a] range = 20 feet: unknown unit 'feet'; expected 0.75 to 200 m " LENGTHS},
         {"unit where none belongs", BASE "[extract]\nrank = 0.75 m\n",
-         "t.conf:5: [extract] rank = 0.75 m: 'm' after a number without a unit; want 0.05 to 1"},
+         "t.conf:5: [extract] rank = 0.75 m: 'm' after a number without a unit; expected 0.05 to 1"},
         {"too few numbers", BASE "mount = 0.2 0 m\n",
-         "t.conf:4: [sonar a] mount = 0.2 0 m: 2 of 3 numbers before 'm'; want 3 numbers and one unit, each -50 "
+         "t.conf:4: [sonar a] mount = 0.2 0 m: 2 of 3 numbers before 'm'; expected 3 numbers and one unit, each "
+         "-50 "
          "to 50 "
          "m " LENGTHS},
         {"too many numbers", BASE "mount = 0.2 0 0 1 m\n",
-         "t.conf:4: [sonar a] mount = 0.2 0 0 1 m: more than 3 numbers; want 3 numbers and one unit, each -50 to "
+         "t.conf:4: [sonar a] mount = 0.2 0 0 1 m: more than 3 numbers; expected 3 numbers and one unit, each -50 "
+         "to "
          "50 m " LENGTHS},
         {"a unit for each", BASE "mount = 0.2 m 0 m 0 m\n",
-         "t.conf:4: [sonar a] mount = 0.2 m 0 m 0 m: 1 of 3 numbers before 'm 0 m 0 m'; want 3 numbers and one "
+         "t.conf:4: [sonar a] mount = 0.2 m 0 m 0 m: 1 of 3 numbers before 'm 0 m 0 m'; expected 3 numbers and "
+         "one "
          "unit, each -50 to 50 m " LENGTHS},
         {"commas between numbers", BASE "mount = 0.2, 0, 0.1 m\n",
-         "t.conf:4: [sonar a] mount = 0.2, 0, 0.1 m: 1 of 3 numbers before ', 0, 0.1 m'; want 3 numbers and one "
+         "t.conf:4: [sonar a] mount = 0.2, 0, 0.1 m: 1 of 3 numbers before ', 0, 0.1 m'; expected 3 numbers and "
+         "one "
          "unit, each -50 to 50 m " LENGTHS},
         {"too few numbers and no unit", BASE "mount = 0.2 0\n",
-         "t.conf:4: [sonar a] mount = 0.2 0: 2 of 3 numbers; want 3 numbers and one unit, each -50 to 50 "
+         "t.conf:4: [sonar a] mount = 0.2 0: 2 of 3 numbers; expected 3 numbers and one unit, each -50 to 50 "
          "m " LENGTHS},
     };
     CHECK_BROKEN(cases);
@@ -280,43 +289,45 @@ TEST(broken_whole_numbers_and_words)
 {
     static const struct broken cases[] = {
         {"no whole number", BASE "gain = 1.5\n",
-         "t.conf:4: [sonar a] gain = 1.5: '1.5' is not a whole number; want 0 to 40, or auto"},
+         "t.conf:4: [sonar a] gain = 1.5: '1.5' is not a whole number; expected 0 to 40, or auto"},
         {"whole number out of range", BASE "[pipeline]\nthreads = 3\n",
-         "t.conf:5: [pipeline] threads = 3: out of range; want 0 to 2"},
+         "t.conf:5: [pipeline] threads = 3: out of range; expected 0 to 2"},
         {"whole number beyond int", BASE "[pipeline]\nqueue = 99999999999999999999\n",
-         "t.conf:5: [pipeline] queue = 99999999999999999999: out of range; want 2 to 1022"},
+         "t.conf:5: [pipeline] queue = 99999999999999999999: out of range; expected 2 to 1022"},
         {"a queue longer than the rings of the pipeline", BASE "[pipeline]\nqueue = 1023\n",
-         "t.conf:5: [pipeline] queue = 1023: out of range; want 2 to 1022"},
+         "t.conf:5: [pipeline] queue = 1023: out of range; expected 2 to 1022"},
         {"zero is not off", BASE "[record]\nfiles = 0\n",
-         "t.conf:5: [record] files = 0: out of range; want 1 to 1000000, or all"},
+         "t.conf:5: [record] files = 0: out of range; expected 1 to 1000000, or all"},
         {"unknown word", BASE "[extract]\ndetector = best\n",
-         "t.conf:5: [extract] detector = best: 'best' is not one of the words; want ca, goca, soca or os"},
+         "t.conf:5: [extract] detector = best: 'best' is not one of the words; expected ca, goca, soca or os"},
         {"not octal", BASE "[server]\nmode = 0680\n",
-         "t.conf:5: [server] mode = 0680: '0680' is not an octal number; want 0600 to 0777"},
+         "t.conf:5: [server] mode = 0680: '0680' is not an octal number; expected 0600 to 0777"},
         {"mode without the owner", BASE "[server]\nmode = 0066\n",
-         "t.conf:5: [server] mode = 0066: out of range; want 0600 to 0777"},
+         "t.conf:5: [server] mode = 0066: out of range; expected 0600 to 0777"},
         {"relative path", BASE "[server]\nsocket = sonard.sock\n",
-         "t.conf:5: [server] socket = sonard.sock: does not begin with a slash; want an absolute path of at most "
+         "t.conf:5: [server] socket = sonard.sock: does not begin with a slash; expected an absolute path of at "
+         "most "
          "107 bytes"},
         {"path too long",
          BASE "[server]\nsocket = /2345678901234567890123456789012345678901234567890123456789012345678901234567890"
               "1234567890123456789012345678\n",
          "t.conf:5: [server] socket = /234567890123456789012345678901234567890123456789012345678901234567890123456"
-         "78901234567890123456789012345678: 108 bytes, more than the 107 there is room for; want an absolute path "
+         "78901234567890123456789012345678: 108 bytes, more than the 107 there is room for; expected an absolute "
+         "path "
          "of at most 107 bytes"},
         {"unknown device", "[sonar a]\ndevice = ping361\nport = serial:/dev/x:115200\n",
-         "t.conf:2: [sonar a] device = ping361: no such device; want ping360"},
+         "t.conf:2: [sonar a] device = ping361: no such device; expected ping360"},
         {"bad port", "[sonar a]\ndevice = ping360\nport = usb:1\n",
-         "t.conf:3: [sonar a] port = usb:1: no such kind of port; want serial:DEVICE:BAUD"},
+         "t.conf:3: [sonar a] port = usb:1: no such kind of port; expected serial:DEVICE:BAUD"},
         {"port of another section", BASE "[nmea]\nport = usb:1\n",
-         "t.conf:5: [nmea] port = usb:1: no such kind of port; want serial:DEVICE:BAUD"},
+         "t.conf:5: [nmea] port = usb:1: no such kind of port; expected serial:DEVICE:BAUD"},
         {"bad source of depth", BASE "[depth]\nsource = usb:1\n",
-         "t.conf:5: [depth] source = usb:1: no such source; want modbus-rtu:DEVICE:BAUD"},
+         "t.conf:5: [depth] source = usb:1: no such source; expected modbus-rtu:DEVICE:BAUD"},
         {"no such line", BASE "power = nowhere\ntrigger = none\n[gpio]\nleak = nowhere\n",
          "t.conf:4: [sonar a] power = nowhere: there are no lines there\n"
          "t.conf:7: [gpio] leak = nowhere: there are no lines there"},
         {"port that is no address", "[sonar a]\ndevice = ping360\nport = /dev/ttyUSB0\n",
-         "t.conf:3: [sonar a] port = /dev/ttyUSB0: no kind of port before the file; want KIND:ADDRESS, for "
+         "t.conf:3: [sonar a] port = /dev/ttyUSB0: no kind of port before the file; expected KIND:ADDRESS, for "
          "instance "
          "serial:/dev/ttyUSB0:115200"},
     };
@@ -325,10 +336,11 @@ TEST(broken_whole_numbers_and_words)
 
 TEST(broken_together)
 {
-#define SECTOR "; want start and end at most one turn apart, clockwise, 0 360 deg for the full circle"
+#define SECTOR "; expected start and end at most one turn apart, clockwise, 0 360 deg for the full circle"
     static const struct broken cases[] = {
         {"step as large as the sector", BASE "sector = 350 10 deg\nstep = 20 deg\n",
-         "t.conf:5: [sonar a] step = 20 deg: does not go with [sonar a] sector = 350 10 deg; want a step smaller "
+         "t.conf:5: [sonar a] step = 20 deg: does not go with [sonar a] sector = 350 10 deg; expected a step "
+         "smaller "
          "than the sector"},
         {"sector without width", BASE "sector = 90 90 deg\n",
          "t.conf:4: [sonar a] sector = 90 90 deg: starts where it ends" SECTOR},
@@ -339,66 +351,78 @@ TEST(broken_together)
         {"more than a turn backwards", BASE "sector = 300 -90 deg\n",
          "t.conf:4: [sonar a] sector = 300 -90 deg: more than one turn" SECTOR},
         {"deaf sonar", BASE "ring_down = 2 m\nrange = 2 m\n",
-         "t.conf:5: [sonar a] range = 2 m: does not go with [sonar a] ring_down = 2 m; want ring_down smaller "
+         "t.conf:5: [sonar a] range = 2 m: does not go with [sonar a] ring_down = 2 m; expected ring_down smaller "
          "than "
          "range"},
         {"decibels of nothing", BASE "amplitude = log\n",
-         "t.conf:4: [sonar a] amplitude = log: does not go with [sonar a] decibels_per_count = auto; want "
+         "t.conf:4: [sonar a] amplitude = log: does not go with [sonar a] decibels_per_count = auto; expected "
          "decibels_per_count for amplitude = log"},
         {"free beyond the range", BASE "range = 2 m\n[extract]\nminimum_range = 3 m\n",
-         "t.conf:6: [extract] minimum_range = 3 m: does not go with [sonar a] range = 2 m; want minimum_range not "
+         "t.conf:6: [extract] minimum_range = 3 m: does not go with [sonar a] range = 2 m; expected minimum_range "
+         "not "
          "beyond range"},
         {"near beyond the range", BASE "range = 5 m\n[vehicle]\nnear = 46 m\n",
-         "t.conf:6: [vehicle] near = 46 m: does not go with [sonar a] range = 5 m; want near not beyond the range "
+         "t.conf:6: [vehicle] near = 46 m: does not go with [sonar a] range = 5 m; expected near not beyond the "
+         "range "
          "of every sonar"},
         {"guard as long as the window", BASE "[extract]\nguard = 0.4 m\n",
-         "t.conf:5: [extract] guard = 0.4 m: does not go with [extract] window = 0.4 m; want guard smaller than "
+         "t.conf:5: [extract] guard = 0.4 m: does not go with [extract] window = 0.4 m; expected guard smaller "
+         "than "
          "window"},
         {"forgotten before it is unknown", BASE "[grid]\nclear_for = 2 min\nforget = 90 s\n",
-         "t.conf:6: [grid] forget = 90 s: does not go with [grid] clear_for = 120 s; want forget not shorter than "
+         "t.conf:6: [grid] forget = 90 s: does not go with [grid] clear_for = 120 s; expected forget not shorter "
+         "than "
          "clear_for"},
         {"given up before it can answer", BASE "[depth]\ntimeout = 2000 ms\n",
-         "t.conf:5: [depth] timeout = 2000 ms: does not go with [depth] turnaround = 1000 ms; want turnaround not "
+         "t.conf:5: [depth] timeout = 2000 ms: does not go with [depth] turnaround = 1000 ms; expected turnaround "
+         "not "
          "shorter than timeout"},
         {"two depths",
          BASE "[depth]\nsource = modbus-rtu:/dev/x:9600\n[nmea]\nport = serial:/dev/y:4800\nuse = both\n",
-         "t.conf:8: [nmea] use = both: does not go with [depth] source = modbus-rtu:/dev/x:9600; want depth from "
+         "t.conf:8: [nmea] use = both: does not go with [depth] source = modbus-rtu:/dev/x:9600; expected depth "
+         "from "
          "one "
          "of them"},
         {"fewer processors than threads",
          BASE "[pipeline]\nthreads = 1\n[realtime]\npriority = 40\nprocessor = 3\n",
-         "t.conf:5: [pipeline] threads = 1: does not go with [realtime] processor_count = 1; want processor_count "
+         "t.conf:5: [pipeline] threads = 1: does not go with [realtime] processor_count = 1; expected "
+         "processor_count "
          "= 2: one for the loop and one for each thread"},
         {"a map kept nowhere", BASE "[map]\nsave_every = 60 s\n",
-         "t.conf:5: [map] save_every = 60 s: does not go with [map] directory = none; want a directory to save "
+         "t.conf:5: [map] save_every = 60 s: does not go with [map] directory = none; expected a directory to "
+         "save "
          "the "
          "map in"},
         {"backgrounds kept nowhere", BASE "[background]\nsave_every = 60 s\n",
-         "t.conf:5: [background] save_every = 60 s: does not go with [sonar a] background = none; want a file to "
+         "t.conf:5: [background] save_every = 60 s: does not go with [sonar a] background = none; expected a file "
+         "to "
          "save "
          "a sonar's template in"},
         {"a map that is a path", BASE "[map]\nload = ../a\n",
-         "t.conf:5: [map] load = ../a: '../a' is not allowed in a name; want last, the name of another map, or "
+         "t.conf:5: [map] load = ../a: '../a' is not allowed in a name; expected last, the name of another map, "
+         "or "
          "none"},
         {"a map from nowhere", BASE "[map]\nload = last\n",
-         "t.conf:5: [map] load = last: does not go with [map] directory = none; want a directory to load the map "
+         "t.conf:5: [map] load = last: does not go with [map] directory = none; expected a directory to load the "
+         "map "
          "from"},
         {"one line for two sonars", BASE "[sonar b]\ndevice = ping360\nport = serial:/dev/x:9600\n",
          "t.conf:6: [sonar b] port = serial:/dev/x:9600: does not go with [sonar a] port = "
-         "serial:/dev/x:115200; want another serial port: each device needs its own"},
+         "serial:/dev/x:115200; expected another serial port: each device needs its own"},
         {"told once where a value was refused", BASE "[grid]\nclear_for = 2 min\nforget = 90\n",
-         "t.conf:6: [grid] forget = 90: the unit is missing; want 1 to 86400 s (s, ms, min, h), or auto"},
+         "t.conf:6: [grid] forget = 90: the unit is missing; expected 1 to 86400 s (s, ms, min, h), or auto"},
         {"all at once, in the order of lines",
          "[sonar a]\ndevice = ping360\nrange = 900 m\n[sonar b]\nport = serial:/dev/y:115200\n[extract]\n"
          "window = 5 cm\nrnak = 1\n[extract]\n[log\n",
-         "t.conf:1: [sonar a] port: missing; want KIND:ADDRESS, for instance serial:/dev/ttyUSB0:115200\n"
-         "t.conf:3: [sonar a] range = 900 m: out of range; want 0.75 to 200 m " LENGTHS "\n"
-         "t.conf:4: [sonar b] device: missing; want the name of a device, for instance ping360\n"
-         "t.conf:7: [extract] window = 0.05 m: does not go with [extract] guard = 0.1 m; want guard smaller than "
+         "t.conf:1: [sonar a] port: missing; expected KIND:ADDRESS, for instance serial:/dev/ttyUSB0:115200\n"
+         "t.conf:3: [sonar a] range = 900 m: out of range; expected 0.75 to 200 m " LENGTHS "\n"
+         "t.conf:4: [sonar b] device: missing; expected the name of a device, for instance ping360\n"
+         "t.conf:7: [extract] window = 0.05 m: does not go with [extract] guard = 0.1 m; expected guard smaller "
+         "than "
          "window\n"
          "t.conf:8: [extract] rnak = 1: unknown key; did you mean rank?\n"
          "t.conf:9: [extract]: duplicate section (first defined on line 6)\n"
-         "t.conf:10: [log: no ] at the end of the section; want [section] alone on its line"},
+         "t.conf:10: [log: no ] at the end of the section; expected [section] alone on its line"},
     };
     CHECK_BROKEN(cases);
 }
@@ -406,16 +430,16 @@ TEST(broken_together)
 TEST(what_the_device_cannot)
 {
     static const struct broken cases[] = {
-        {"its key", BASE "range = 5 m\ngain = 7\n", "t.conf:5: [sonar a] gain = 7: want 0 .. 6"},
+        {"its key", BASE "range = 5 m\ngain = 7\n", "t.conf:5: [sonar a] gain = 7: expected 0 .. 6"},
         {"the second sonar's", BASE "[sonar b]\ndevice = ping360\nport = serial:/dev/y\ngain = 9\n",
-         "t.conf:7: [sonar b] gain = 9: want 0 .. 6"},
+         "t.conf:7: [sonar b] gain = 9: expected 0 .. 6"},
         {"a key of another section", BASE "[water]\nsound_speed = 1610 m/s\n",
          "t.conf:5: [sonar a] sound_speed = 1610 m/s: too fast"},
         {"a default", BASE "range = 66 m\n", "t.conf:2: [sonar a] mode = auto: not at 66 m"},
         {"not asked where a key is bad", BASE "gain = 7\nrange = 5\n",
-         "t.conf:5: [sonar a] range = 5: the unit is missing; want 0.75 to 200 m (m, cm, mm, km)"},
+         "t.conf:5: [sonar a] range = 5: the unit is missing; expected 0.75 to 200 m (m, cm, mm, km)"},
         {"not asked where a key is missing", "[sonar a]\ndevice = ping360\ngain = 7\n",
-         "t.conf:1: [sonar a] port: missing; want KIND:ADDRESS, for instance serial:/dev/ttyUSB0:115200"},
+         "t.conf:1: [sonar a] port: missing; expected KIND:ADDRESS, for instance serial:/dev/ttyUSB0:115200"},
     };
     CHECK_BROKEN(cases);
 }
@@ -425,7 +449,7 @@ TEST(a_nul_byte_is_refused)
     static const char text[] = BASE "range = 20\0 m\n";
     struct conf conf;
     CHECK_INT(load_bytes(&conf, text, sizeof text - 1), 1);
-    CHECK_STR(faults_seen, "t.conf:4: byte 0x00 in column 11; want text in UTF-8; the rest was not checked");
+    CHECK_STR(faults_seen, "t.conf:4: byte 0x00 in column 11; expected text in UTF-8; the rest was not checked");
 }
 
 TEST(an_overlong_line_is_not_cut)
@@ -436,7 +460,7 @@ TEST(an_overlong_line_is_not_cut)
     value[300] = '\0';
     snprintf(text, sizeof text, BASE "[record]\ndirectory = /%s\n", value);
     CHECK_INT(load(&conf, text), 1);
-    CHECK_STR(faults_seen, "t.conf:5: 313 bytes in this line; want at most 197");
+    CHECK_STR(faults_seen, "t.conf:5: 313 bytes in this line; expected at most 197");
     snprintf(text, sizeof text, BASE "[record]\ndirectory = /%.184s\n", value);
     CHECK_INT(load(&conf, text), 0);
     CHECK_INT(strlen(conf.record.directory), 185);
@@ -455,7 +479,7 @@ TEST(the_ninth_sonar_is_refused)
         snprintf(text + used, sizeof text - used, "[sonar s%d]\ndevice = ping360\nport = serial:x%d:1\n", i, i);
     }
     CHECK_INT(load(&conf, text), 1);
-    CHECK_STR(faults_seen, "t.conf:25: [sonar s8]: too many sonars; want at most 8");
+    CHECK_STR(faults_seen, "t.conf:25: [sonar s8]: too many sonars; expected at most 8");
     CHECK_INT(conf.n_sonars, CONF_MAX_SONARS);
 }
 
@@ -480,7 +504,7 @@ TEST(more_grids_are_as_the_plain_one_but_for_what_they_say)
         5);
     CHECK_INT(conf.n_more_grids, CONF_MAX_GRIDS);
     CHECK(strstr(faults_seen, "[grid b] forget = 10 s: does not go with [grid b] clear_for = 30 s"));
-    CHECK(strstr(faults_seen, "[grid e]: too many grids; want at most 4 besides [grid]"));
+    CHECK(strstr(faults_seen, "[grid e]: too many grids; expected at most 4 besides [grid]"));
 }
 
 TEST(faults_without_end_are_counted)
@@ -502,7 +526,7 @@ TEST(a_file_that_cannot_be_read)
     faults_seen[0] = '\0';
     CHECK_INT(conf_load(&conf, &source, "tests/no-such.conf", NULL, note_fault, NULL), -1);
     CHECK_STR(faults_seen,
-              "tests/no-such.conf: cannot be read: No such file or directory; want a readable file of at "
+              "tests/no-such.conf: cannot be read: No such file or directory; expected a readable file of at "
               "most 1048576 bytes");
     CHECK_STR(conf_source_text(source, &size), "");
     CHECK_INT(size, 0);
@@ -510,13 +534,14 @@ TEST(a_file_that_cannot_be_read)
 
     faults_seen[0] = '\0';
     CHECK_INT(conf_load(&conf, &source, "tests", NULL, note_fault, NULL), -1);
-    CHECK_STR(faults_seen, "tests: cannot be read: Is a directory; want a readable file of at most 1048576 bytes");
+    CHECK_STR(faults_seen,
+              "tests: cannot be read: Is a directory; expected a readable file of at most 1048576 bytes");
     conf_source_free(source);
 
     faults_seen[0] = '\0';
     CHECK_INT(conf_load(&conf, &source, "/dev/zero", NULL, note_fault, NULL), -1);
     CHECK_STR(faults_seen,
-              "/dev/zero: cannot be read: File too large; want a readable file of at most 1048576 bytes");
+              "/dev/zero: cannot be read: File too large; expected a readable file of at most 1048576 bytes");
     conf_source_free(source);
 }
 
@@ -717,11 +742,13 @@ TEST(how_late_readings_and_poses_come)
     CHECK_NEAR(conf.pose.delay_s[1], 0.05, 0, 0);
     static const struct broken cases[] = {
         {"no uncertainty", BASE "delay = 0.5 s\n",
-         "t.conf:4: [sonar a] delay = 0.5 s: 1 of 2 numbers before 's'; want 2 numbers and one unit, each 0 to 2 "
+         "t.conf:4: [sonar a] delay = 0.5 s: 1 of 2 numbers before 's'; expected 2 numbers and one unit, each 0 "
+         "to 2 "
          "s "
          "(s, ms, min, h), or auto"},
         {"too late", BASE "[pose]\ndelay = 3 0 s\n",
-         "t.conf:5: [pose] delay = 3 0 s: out of range; want 2 numbers and one unit, each 0 to 2 s (s, ms, min, "
+         "t.conf:5: [pose] delay = 3 0 s: out of range; expected 2 numbers and one unit, each 0 to 2 s (s, ms, "
+         "min, "
          "h)"},
     };
     CHECK_BROKEN(cases);
@@ -737,7 +764,7 @@ TEST(a_key_without_use_for_the_device_is_refused)
         {"before the device is named", "[sonar a]\nscan = active\ndevice = ping1d\nport = serial:/dev/x:115200\n",
          "t.conf:2: [sonar a] scan = active: ping1d does not use this key; remove it"},
         {"a bad value too, but once", SOUNDER "step = 3.6\n",
-         "t.conf:4: [sonar a] step = 3.6: the unit is missing; want 0.1 to 90 deg (rad, deg, grad)"},
+         "t.conf:4: [sonar a] step = 3.6: the unit is missing; expected 0.1 to 90 deg (rad, deg, grad)"},
         {"none where the device is unknown",
          "[sonar a]\ndevice = ping9\nport = serial:/dev/x:115200\nnode = any\n", NULL},
     };

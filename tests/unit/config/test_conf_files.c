@@ -124,11 +124,11 @@ TEST(faults_name_their_file)
     write_in("b.conf", "clear_for = 1 s\n[grid]\nclear_fro = 1 s\n");
     CHECK(load(&conf, &source) == 6);
     CHECK_STR(faults_seen,
-              "t.conf:4: [sonar a] range = 500 m: out of range; want 0.75 to 200 m (m, cm, mm, km)\n"
-              "t.conf.d/a.conf:2: [grid] forget = 20 s: does not go with [grid] clear_for = 30 s; want "
+              "t.conf:4: [sonar a] range = 500 m: out of range; expected 0.75 to 200 m (m, cm, mm, km)\n"
+              "t.conf.d/a.conf:2: [grid] forget = 20 s: does not go with [grid] clear_for = 30 s; expected "
               "forget not shorter than clear_for\n"
               "t.conf.d/a.conf:3: [grid] forget = 30 s: duplicate key (first set on line 2)\n"
-              "t.conf.d/a.conf:4: [sonar b] port: missing; want KIND:ADDRESS, for instance "
+              "t.conf.d/a.conf:4: [sonar b] port: missing; expected KIND:ADDRESS, for instance "
               "serial:/dev/ttyUSB0:115200\n"
               "t.conf.d/b.conf:1: clear_for = 1 s: no section before it; put a [section] line "
               "above it\n"
@@ -147,7 +147,7 @@ TEST(a_file_that_cannot_be_read_is_a_fault)
     CHECK(symlink("/nowhere/at/all", path) == 0);
     CHECK_INT(load(&conf, &source), -1);
     CHECK_STR(faults_seen,
-              "t.conf.d/gone.conf: cannot be read: No such file or directory; want a readable file of at "
+              "t.conf.d/gone.conf: cannot be read: No such file or directory; expected a readable file of at "
               "most 1048576 bytes");
     conf_source_free(source);
     empty_folder();

@@ -21,7 +21,7 @@ static const struct {
     {HEAD "step = 2 deg\n", NULL},
     {HEAD "step = 3.6 deg\n", "[sonar a] step = 3.6 deg is wider than the beam of 2 deg"},
     {HEAD "step = 3.6 deg\naperture = 4 25 deg\n", NULL},
-    {HEAD "step = 1.8 deg\naperture = 1 25 deg\n", "want at most 1 deg"},
+    {HEAD "step = 1.8 deg\naperture = 1 25 deg\n", "set it to at most 1 deg"},
     {"[sonar a]\ndevice = micron\n" PORT "step = 3.6 deg\n", "beam of 3 deg"},
     {"[sonar a]\ndevice = imagenex881a\n" PORT "step = 1.2 deg\naperture = 1 22 deg\n",
      "step = 1.2 deg is wider than the beam of 1 deg"},
@@ -31,7 +31,7 @@ static const struct {
     {"[sonar a]\ndevice = nmea0183\n" PORT "delay = 0 0 s\n[grid]\nangular_step = 4 deg\n",
      "[grid] angular_step = 4 deg is too wide for sonar a"},
     {"[sonar a]\ndevice = ping1d\n" PORT, NULL}, /* it says itself how wide it is */
-    {"[sonar a]\ndevice = ping1d\n" PORT "aperture = 5 5 deg\n", "want at most 1.7 deg"},
+    {"[sonar a]\ndevice = ping1d\n" PORT "aperture = 5 5 deg\n", "set it to at most 1.7 deg"},
     {HEAD "[grid]\nangular_step = 4 deg\n", NULL},
     /* how late readings come */
     {"[sonar a]\ndevice = nmea0183\n" PORT,
@@ -43,12 +43,12 @@ static const struct {
     /* how far off the beams are as high as the vehicle: 0.55 m / sin(9.5 deg) */
     {HEAD "[vehicle]\nnear = 1.5 m\n", "[vehicle] near = 1.5 m ends before 3.3 m"},
     {HEAD "[vehicle]\nnear = 3.4 m\n", NULL},
-    {HEAD "mount = 0 0 -0.4 m\n[vehicle]\nnear = 3.4 m\n", "want near = 5.8 m"},
+    {HEAD "mount = 0 0 -0.4 m\n[vehicle]\nnear = 3.4 m\n", "set near = 5.8 m"},
     {HEAD "rotation = 180 0 30 deg\n[vehicle]\nnear = 1.5 m\n", "near"}, /* upside down is level, too */
     {HEAD "rotation = 90 0 0 deg\n[vehicle]\nnear = 1.5 m\n", NULL},
     {HEAD "aperture = 2 2 deg\n[vehicle]\nnear = 1.5 m\n", NULL}, /* never */
     /* one that does not turn as wide, too: 0.7 m / sin(9.5 deg) */
-    {"[sonar a]\ndevice = ping1d\n" PORT "aperture = 25 25 deg\n[vehicle]\nnear = 3.3 m\n", "want near = 4.3 m"},
+    {"[sonar a]\ndevice = ping1d\n" PORT "aperture = 25 25 deg\n[vehicle]\nnear = 3.3 m\n", "set near = 4.3 m"},
     {"[sonar a]\ndevice = ping1d\n" PORT "aperture = 25 25 deg\n[vehicle]\nnear = 4.3 m\n", NULL},
     {"[sonar a]\ndevice = ping1d\n" PORT "aperture = 25 25 deg\nrotation = 0 -90 0 deg\n[vehicle]\nnear = 1.5 m\n",
      NULL},
@@ -72,7 +72,7 @@ static const struct {
     /* poses that are stale when they come */
     {HEAD "[pose]\ndelay = 0.9 0.5 s\n", NULL},
     {HEAD "[pose]\ndelay = 1 0 s\n", "[pose] delay = 1 s: every pose is older than max_age = 1 s"},
-    {HEAD "[pose]\ndelay = 0.2 0 s\nmax_age = 0.2 s\n", "want max_age = 1.2 s"},
+    {HEAD "[pose]\ndelay = 0.2 0 s\nmax_age = 0.2 s\n", "set max_age = 1.2 s"},
     {HEAD "[pose]\ndelay = 1 0 s\nmax_age = 2 s\n", NULL},
 };
 

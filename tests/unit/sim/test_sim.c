@@ -79,12 +79,12 @@ TEST(broken_scenes_are_refused_with_their_line)
         const char *text, *want;
     } row[] = {
         {"cone 1 2 3", "test:1: 'cone' is no shape; there are box, cylinder, slope, pile"},
-        {"\ncylinder 1 2", "test:2: cylinder wants X Y RADIUS, RADIUS > 0"},
-        {"cylinder 1 2 3 4", "test:1: cylinder wants X Y RADIUS, RADIUS > 0"},
-        {"cylinder 1 2 0", "test:1: cylinder wants X Y RADIUS, RADIUS > 0"},
-        {"cylinder 1 2 nan", "test:1: cylinder wants X Y RADIUS, RADIUS > 0"},
-        {"cylinder 1 2 3m", "test:1: cylinder wants X Y RADIUS, RADIUS > 0"},
-        {"# ok\nbox 1 0 0 1 0 1", "test:2: box wants XMIN XMAX YMIN YMAX ZMIN ZMAX, each MIN below its MAX"},
+        {"\ncylinder 1 2", "test:2: cylinder needs X Y RADIUS, RADIUS > 0"},
+        {"cylinder 1 2 3 4", "test:1: cylinder needs X Y RADIUS, RADIUS > 0"},
+        {"cylinder 1 2 0", "test:1: cylinder needs X Y RADIUS, RADIUS > 0"},
+        {"cylinder 1 2 nan", "test:1: cylinder needs X Y RADIUS, RADIUS > 0"},
+        {"cylinder 1 2 3m", "test:1: cylinder needs X Y RADIUS, RADIUS > 0"},
+        {"# ok\nbox 1 0 0 1 0 1", "test:2: box needs XMIN XMAX YMIN YMAX ZMIN ZMAX, each MIN below its MAX"},
     };
 
     for (size_t i = 0; i < COUNT(row); i++) {

@@ -195,7 +195,7 @@ TEST(program_speaks_over_its_terminal_and_makes_faults)
     CHECK_STR(program_say(&p, "corrupt 1"), "ok corrupt 1");
     host_send(fd, PING_PROTOCOL_VERSION);
     CHECK_INT(host_ask(fd, &parser, PING_DEVICE_INFORMATION), PING_DEVICE_INFORMATION);
-    CHECK_STR(program_say(&p, "drop many"), "error: drop wants: drop N (0 to 1e+06)");
+    CHECK_STR(program_say(&p, "drop many"), "error: drop needs: drop N (0 to 1e+06)");
     CHECK_STR(program_say(&p, "dance"), "error: 'dance' is no command; --help lists them");
     close(fd);
     CHECK_INT(program_stop(&p), 0);

@@ -50,19 +50,19 @@ TEST(values)
 TEST(what_is_wrong)
 {
     check("blocked", "azimut_deg=1", NULL, "blocked has no parameter 'azimut_deg'; see /api/openapi.json");
-    check("blocked", "azimuth_deg", NULL, "azimuth_deg: want azimuth_deg=..., at most 8192 bytes");
-    check("blocked", "azimuth_deg=", NULL, "azimuth_deg=: want a number");
-    check("blocked", "azimuth_deg=1x", NULL, "azimuth_deg=1x: want a number");
-    check("blocked", "azimuth_deg=nan", NULL, "azimuth_deg=nan: want a number");
-    check("blocked", "azimuth_deg=inf", NULL, "azimuth_deg=inf: want a number");
-    check("blocked", "azimuth_deg=0x10", NULL, "azimuth_deg=0x10: want a number");
-    check("blocked", "azimuth_deg= 1", NULL, "azimuth_deg= 1: want a number");
+    check("blocked", "azimuth_deg", NULL, "azimuth_deg: expected azimuth_deg=..., at most 8192 bytes");
+    check("blocked", "azimuth_deg=", NULL, "azimuth_deg=: expected a number");
+    check("blocked", "azimuth_deg=1x", NULL, "azimuth_deg=1x: expected a number");
+    check("blocked", "azimuth_deg=nan", NULL, "azimuth_deg=nan: expected a number");
+    check("blocked", "azimuth_deg=inf", NULL, "azimuth_deg=inf: expected a number");
+    check("blocked", "azimuth_deg=0x10", NULL, "azimuth_deg=0x10: expected a number");
+    check("blocked", "azimuth_deg= 1", NULL, "azimuth_deg= 1: expected a number");
     check("blocked", "azimuth_deg=1", "azimuth_deg=2", "azimuth_deg is given twice");
-    check("sectors", "count=7.5", NULL, "count=7.5: want a whole number");
-    check("limit", "velocity_mps=1,,0", NULL, "velocity_mps=1,,0: want numbers separated by commas");
-    check("limit", "velocity_mps=1;2;3", NULL, "velocity_mps=1;2;3: want numbers separated by commas");
-    check("path", "points_m=1,2,3", NULL, "points_m=1,2,3: want a JSON array of places, [[1,2,3],[4,5,6]]");
-    check("blocked", "frame=\xff", NULL, "frame=?: want text in UTF-8");
+    check("sectors", "count=7.5", NULL, "count=7.5: expected a whole number");
+    check("limit", "velocity_mps=1,,0", NULL, "velocity_mps=1,,0: expected numbers separated by commas");
+    check("limit", "velocity_mps=1;2;3", NULL, "velocity_mps=1;2;3: expected numbers separated by commas");
+    check("path", "points_m=1,2,3", NULL, "points_m=1,2,3: expected a JSON array of places, [[1,2,3],[4,5,6]]");
+    check("blocked", "frame=\xff", NULL, "frame=?: expected text in UTF-8");
 }
 
 TEST(a_value_with_a_nul)

@@ -40,7 +40,7 @@ static void check_dates(size_t n, const int64_t rows[][4])
     for (size_t i = 0; i < n; i++)
         for (int of = CAPTURE_CLOCK_RIGHT; of <= CAPTURE_CLOCK_NONE; of++)
             if (date((enum capture_clock_of)of, rows[i][0]) != rows[i][1 + of]) {
-                printf("%lld, clock %d: %lld, want %lld\n", (long long)rows[i][0], of,
+                printf("%lld, clock %d: %lld, expected %lld\n", (long long)rows[i][0], of,
                        (long long)date((enum capture_clock_of)of, rows[i][0]), (long long)rows[i][1 + of]);
                 test_case_failed = true;
             }

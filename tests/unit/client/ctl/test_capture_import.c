@@ -844,11 +844,11 @@ TEST(command_line_faults_are_said)
         {{"import", "--help"}, 0, "usage: sonarctl capture import"},
         {{NULL}, 2, "no command"},
         {{"eat"}, 2, "the commands are import, info, repair, export and add-pose"},
-        {{"info"}, 2, "info wants one file"},
-        {{"info", "a", "b"}, 2, "info wants one file"},
-        {{"import", "a"}, 2, "import wants two files"},
-        {{"import", "--sensor=a/b", "x"}, 2, "--sensor wants up to 31 letters"},
-        {{"export", "a"}, 2, "export wants --csv"},
+        {{"info"}, 2, "info needs one file"},
+        {{"info", "a", "b"}, 2, "info needs one file"},
+        {{"import", "a"}, 2, "import needs two files"},
+        {{"import", "--sensor=a/b", "x"}, 2, "--sensor: expected up to 31 letters"},
+        {{"export", "a"}, 2, "export needs --csv"},
         {{"info", "--csv", "a"}, 2, "--csv belongs to export"},
         {{"info", "--conf=x", "a"}, 2, "--sensor and --conf belong to import"},
         {{"info", "--colour"}, 2, "unknown option"},
@@ -858,7 +858,7 @@ TEST(command_line_faults_are_said)
     for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         CHECK_INT(capture(row[i].arg[0], row[i].arg[1], row[i].arg[2], NULL, NULL, NULL), row[i].status);
         if (!strstr(said, row[i].want))
-            printf("want \"%s\", got: %s\n", row[i].want, said);
+            printf("expected \"%s\", got: %s\n", row[i].want, said);
         CHECK(strstr(said, row[i].want) != NULL);
     }
     remove_dir();

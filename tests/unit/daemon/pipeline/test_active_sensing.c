@@ -230,7 +230,7 @@ TEST(a_sector_is_not_steered)
     CHECK(device_ping360.init(rig.device, &conf, &fault));
     conf.sector_end_rad = 1;
     CHECK(!device_ping360.init(rig.device, &conf, &fault));
-    CHECK_STR(fault.text, "scan = active: wants the full circle, sector = 0 360 deg");
+    CHECK_STR(fault.text, "scan = active needs the full circle, sector = 0 360 deg");
 }
 
 int main(void)

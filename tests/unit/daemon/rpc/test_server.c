@@ -610,11 +610,11 @@ TEST(watches_are_checked)
         {WATCH("watch", 1), "method 'watch' cannot be watched"},
         {WATCH("unwatch", 1), "method 'unwatch' cannot be watched"},
         {WATCH("nothing", 1), "no method 'nothing'"},
-        {WATCH("state", 0.09), "parameter 'rate_hz' is 0.09, want a number from 0.1 to 50"},
-        {WATCH("state", 51), "parameter 'rate_hz' is 51, want a number from 0.1 to 50"},
+        {WATCH("state", 0.09), "parameter 'rate_hz' is 0.09, expected a number from 0.1 to 50"},
+        {WATCH("state", 51), "parameter 'rate_hz' is 51, expected a number from 0.1 to 50"},
         {"{\"jsonrpc\":\"2.0\",\"method\":\"watch\",\"id\":1}\n", "parameter 'method' is missing"},
         {"{\"jsonrpc\":\"2.0\",\"method\":\"watch\",\"params\":{\"method\":\"state\",\"params\":[]},\"id\":1}\n",
-         "parameter 'params' is an array, want an object"},
+         "parameter 'params' is an array, expected an object"},
         {"{\"jsonrpc\":\"2.0\",\"method\":\"watch\",\"params\":{\"method\":\"state\",\"rate\":1},\"id\":1}\n",
          "'rate' is not known here, allowed: method, params, rate_hz"},
         {"{\"jsonrpc\":\"2.0\",\"method\":\"unwatch\",\"params\":{\"watch\":7},\"id\":1}\n",
@@ -629,7 +629,7 @@ TEST(watches_are_checked)
         const char *got = HEAR(peer);
 
         if (!strstr(got, rows[i].want)) {
-            printf("got %s, want %s\n", got, rows[i].want);
+            printf("got %s, expected %s\n", got, rows[i].want);
             test_case_failed = true;
         }
     }
@@ -1439,7 +1439,7 @@ TEST(paths_that_cannot_be_are_refused)
     long_path[0] = '/';
     long_path[108] = '\0';
     CHECK(server_start(loop, &conf, methods, NULL, &fault) == NULL);
-    CHECK_STR(fault.text, "socket path has 108 bytes, want 1 to 107");
+    CHECK_STR(fault.text, "socket path has 108 bytes, expected 1 to 107");
     conf.path = "/nowhere/at/all/sonard.sock";
     CHECK(server_start(loop, &conf, methods, NULL, &fault) == NULL);
     CHECK_STR(fault.text, "socket /nowhere/at/all/sonard.sock: the directory /nowhere/at/all: No such file or "

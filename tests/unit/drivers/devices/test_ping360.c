@@ -540,7 +540,7 @@ TEST(new_sweeps_from_the_angles_seen)
             CHECK_INT(missing, 0);
         }
         if (strcmp(got, row[i].want) != 0) {
-            printf("%s: %s, want %s\n", row[i].name, got, row[i].want);
+            printf("%s: %s, expected %s\n", row[i].name, got, row[i].want);
             CHECK(false);
         }
     }
@@ -575,7 +575,7 @@ TEST(missing_angles_of_the_heads_own_scan)
             sum += missing;
         }
         if (sum != row[i].want) {
-            printf("%s: %u, want %u\n", row[i].name, sum, row[i].want);
+            printf("%s: %u, expected %u\n", row[i].name, sum, row[i].want);
             CHECK(false);
         }
     }

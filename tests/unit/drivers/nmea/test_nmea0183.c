@@ -58,7 +58,7 @@ TEST(good_sentences)
         int found = feed(line, (size_t)n, &v, 1);
         double got = v.has == NMEA_DEPTH ? v.depth_m : geo_deg(v.heading_rad);
         if (found != 1 || v.has != sentences[i].has || !(fabs(got - sentences[i].value) < 1e-9)) {
-            printf("%s: %d values, has %u, %.9g, want %.9g\n", sentences[i].name, found, v.has, got,
+            printf("%s: %d values, has %u, %.9g, expected %.9g\n", sentences[i].name, found, v.has, got,
                    sentences[i].value);
             test_case_failed = true;
         }

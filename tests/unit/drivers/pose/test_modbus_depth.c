@@ -419,7 +419,7 @@ TEST(faults_are_told_apart_and_the_next_question_is_answered)
         enum modbus_result got = ask(m, &v);
         how = GOOD;
         if (got != cases[i].want || ask(m, &v) != MODBUS_OK || !(fabs(v - questions) < 1e-9)) {
-            printf("%s: %d, want %d; then %g\n", cases[i].name, (int)got, (int)cases[i].want, v);
+            printf("%s: %d, expected %d; then %g\n", cases[i].name, (int)got, (int)cases[i].want, v);
             test_case_failed = true;
         }
     }

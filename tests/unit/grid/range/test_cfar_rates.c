@@ -76,7 +76,7 @@ TEST(rates_are_the_design_rates_under_every_law)
                 /* OS compares two counts: among decibels of 8 bits its factor is a whole number of 0.31 dB */
                 const double coarse = d == CFAR_OS && clutter[law].law == AMPLITUDE_LOG ? 0.3 : 0.03;
                 if (!within(hits, cells, design[k], coarse)) {
-                    printf("%s, %s: %.3g false alarms per cell, want %g\n", clutter[law].name, name_of[d],
+                    printf("%s, %s: %.3g false alarms per cell, expected %g\n", clutter[law].name, name_of[d],
                            hits / cells, design[k]);
                     CHECK(false);
                 }
@@ -137,7 +137,7 @@ TEST(rayleigh_factors_give_their_rates)
             hits += detections(&cfar, x[b], BEAM);
         const double cells = (double)BEAMS * (BEAM - 2 * side);
         if (!within(hits, cells, pfa, 0.001)) {
-            printf("%s %u: %.4g of amplitudes, want %g\n", t.field[0], side, hits / cells, pfa);
+            printf("%s %u: %.4g of amplitudes, expected %g\n", t.field[0], side, hits / cells, pfa);
             CHECK(false);
         }
         counted++;
@@ -182,7 +182,7 @@ TEST(log_offsets_give_their_rates)
             hits += y[i] > mean + offset;
         }
         if (!within(hits, CELLS - 2.0 * side, pfa, 0.001)) {
-            printf("%s %d: %.4g of decibels, want %g\n", t.field[0], side, hits / (CELLS - 2.0 * side), pfa);
+            printf("%s %d: %.4g of decibels, expected %g\n", t.field[0], side, hits / (CELLS - 2.0 * side), pfa);
             CHECK(false);
         }
     }
@@ -221,8 +221,8 @@ TEST(edges_of_clutter_give_the_rates_of_the_table)
             hits += detections(&cfar, x, 2 * side + 1);
         }
         if (!within(hits, TRIALS, want, 1e-4)) {
-            printf("%s, %u a side, %s dB, %u high, cut %s: %.4f, want %.4f\n", t.field[0], side, t.field[4], high,
-                   t.field[6], hits / TRIALS, want);
+            printf("%s, %u a side, %s dB, %u high, cut %s: %.4f, expected %.4f\n", t.field[0], side, t.field[4],
+                   high, t.field[6], hits / TRIALS, want);
             CHECK(false);
         }
         counted++;

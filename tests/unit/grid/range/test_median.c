@@ -118,7 +118,7 @@ TEST(random_rows_missing_and_shifted_equal_sorting)
         median_filter(k, row, n, work, got);
         for (uint32_t i = 0; i < n; i++)
             if (got[i] != sorted_median(k, row, n, i)) {
-                printf("round %d: k %u, n %u, bin %u: %u, want %u\n", round, k, n, i, got[i],
+                printf("round %d: k %u, n %u, bin %u: %u, expected %u\n", round, k, n, i, got[i],
                        sorted_median(k, row, n, i));
                 test_case_failed = true;
                 return;

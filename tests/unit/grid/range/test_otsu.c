@@ -36,7 +36,7 @@ TEST(two_classes_equal_the_table)
         n_cases++;
         const bool found = otsu_two(histogram[k], &got);
         if (found == (table_int(&t, 4) == 1) || (found && got != table_int(&t, 5))) {
-            printf("two classes of %s: %d %d, want %s\n", name[k], found, got, t.field[5]);
+            printf("two classes of %s: %d %d, expected %s\n", name[k], found, got, t.field[5]);
             test_case_failed = true;
         }
     }
@@ -53,7 +53,7 @@ TEST(three_classes_equal_the_table)
         const bool found = otsu_three(histogram[k], got);
         if (found == (table_int(&t, 4) == 1) ||
             (found && (got[0] != table_int(&t, 5) || got[1] != table_int(&t, 7)))) {
-            printf("three classes of %s: %d %d %d, want %s %s\n", name[k], found, got[0], got[1], t.field[5],
+            printf("three classes of %s: %d %d %d, expected %s %s\n", name[k], found, got[0], got[1], t.field[5],
                    t.field[7]);
             test_case_failed = true;
         }
