@@ -6,6 +6,7 @@ import glob
 import json
 import math
 import os
+import re
 import struct
 
 from made_capture import MadeCapture
@@ -407,6 +408,38 @@ def unmeasured_positions_of_a_dataflash_log(bench):
         check(seen == [(s, parts) for s in range(1, 13)] and told in said, (seen, said))
 
 
+def drag_of_a_coasting_vehicle(bench):
+    """Runs of a vehicle whose drag is known, pitched and with an accelerometer that is off: the drag found is no more, and not much
+    less. What is no run is told, and gives no option."""
+    head = b"".join(struct.pack("<BBBBB4s16s64s", 0xA3, 0x95, 128, kind, 3 + struct.calcsize("<" + form), name, code, labels)
+                    for kind, name, form, code, labels in (
+                        (130, b"ATT", "Qhhh", b"Qccc", b"TimeUS,Roll,Pitch,Yaw"), (131, b"RCOU", "Q4H", b"QHHHH", b"TimeUS,C1,C2,C3,C4"),
+                        (132, b"IMU", "QB3f", b"QBfff", b"TimeUS,I,AccX,AccY,AccZ")))
+
+    def log(square_n, runs, coast_s=30, mass=15.0):
+        out, v, t = [head], 0.0, 0.0
+        for at_s in [k * (8 + coast_s) for k in range(runs)]:
+            while t < at_s + 8 + coast_s:
+                driven = at_s + 6 <= t < at_s + 8
+                a = ((80.0 if driven else 0.0) - square_n * v * abs(v)) / mass
+                v, t = v + a * 0.04, t + 0.04
+                pitch, us = math.radians(2), int(t * 1e6)
+                out.append(struct.pack("<BBBQhhh", 0xA3, 0x95, 130, us, 0, 200, 0))
+                out.append(struct.pack("<BBBQ4H", 0xA3, 0x95, 131, us, *[1650 if driven else 1500] * 4))
+                out.append(struct.pack("<BBBQB3f", 0xA3, 0x95, 132, us, 0, (a + 0.03 + 0.001 * t) * math.cos(pitch) + 9.81 * math.sin(pitch), 0.05,
+                                       -9.81 * math.cos(pitch) + a * math.sin(pitch)))
+        return bench.write("coast.bin", b"".join(out))
+    for square_n in (14, 30, 60):
+        done = bench.run("python/sonard-poses", "--drag", "15", log(square_n, 2))
+        found = re.search(r"^--drag 0,([0-9.]+)$", done.stdout, re.M)
+        check(done.returncode == 0 and found and done.stdout.count("half of it after") == 2, done.stdout + done.stderr)
+        check(0.6 * square_n <= float(found.group(1)) <= square_n, "%d N: %s" % (square_n, done.stdout))
+    done = bench.run("python/sonard-poses", "--drag", "15", log(30, 1, coast_s=8))
+    check(done.returncode == 1 and "left out, needs 5 s" in done.stdout and "no coasting run" in done.stderr, done.stdout + done.stderr)
+    done = bench.run("python/sonard-poses", "--drag", "15", bench.write("x.bin", b"nonsense"))
+    check(done.returncode == 1 and "no DataFlash log" in done.stderr, done.stderr)
+
+
 def unmeasured_positions_of_a_tlog(bench):
     """EKF_STATUS_REPORT and PX4's ESTIMATOR_STATUS; a log without either is taken with a warning."""
     def packet(second, message, extra, payload):
@@ -474,7 +507,7 @@ def poses_of_a_relay(bench):
 run([("poses_of_a_relay", poses_of_a_relay), ("poses_are_added_and_replayed", poses_are_added_and_replayed), ("poses_meet_a_capture_whose_clock_was_set", poses_meet_a_capture_whose_clock_was_set), ("a_log_has_one_clock_all_along", a_log_has_one_clock_all_along),
      ("a_later_segment_says_when_the_clock_was_set", a_later_segment_says_when_the_clock_was_set), ("poses_of_a_tlog", poses_of_a_tlog),
      ("depths_of_a_tlog", depths_of_a_tlog), ("poses_of_a_tlog_beside_a_viewer_log", poses_of_a_tlog_beside_a_viewer_log), ("poses_of_a_dataflash_log", poses_of_a_dataflash_log),
-     ("unmeasured_positions_of_a_dataflash_log", unmeasured_positions_of_a_dataflash_log), ("unmeasured_positions_of_a_tlog", unmeasured_positions_of_a_tlog),
+     ("unmeasured_positions_of_a_dataflash_log", unmeasured_positions_of_a_dataflash_log), ("drag_of_a_coasting_vehicle", drag_of_a_coasting_vehicle), ("unmeasured_positions_of_a_tlog", unmeasured_positions_of_a_tlog),
      ("constant_position_of_a_real_log", constant_position_of_a_real_log), ("text_dump", plays(os.path.abspath("tests/replay/box-head.txt"), "ping360")),
      ("ping_viewer", plays("ping360-openwater-pingviewer/20240814-094253162.bin", "ping360")),
      ("ping_viewer_at_60_m", plays("ping360-openwater-pingviewer/20240814-094407726.bin", "ping360, range = 50.0 m")),

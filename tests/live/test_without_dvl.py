@@ -137,7 +137,8 @@ class Typed:
 def typed_as_documented(bench):
     """From the configured machine to the first clear, as a person gets there."""
     with open(PAGE, encoding="utf-8") as f:
-        lines = re.findall(r"^    \$ (.+)$", f.read(), re.M)
+        section = f.read().split("\n## From the package to the first clear\n")[1].split("\n## ")[0]
+    lines = re.findall(r"^    \$ (.+)$", section, re.M)
     bench.sim(scene="harbour", quick=False)
     typed = Typed(bench, free_port())
     autopilot = Autopilot(typed.mavlink)
