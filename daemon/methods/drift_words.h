@@ -20,8 +20,8 @@ const char *drift_bound_doubt(const struct methods_env *d);
  */
 const char *drift_sentence(const struct methods_env *d, char text[QUERY_REASON_SIZE]);
 
-/** drift_why_not_clear - of a ring, in NED or not, in which no direction is clear: why that is; empty: each direction has
- * a cause of its own. Returns text. */
+/** drift_why_not_clear - of a ring, in NED or not, in which no direction is clear: why that is; empty: each
+ * direction has a cause of its own. Returns text. */
 const char *drift_why_not_clear(const struct methods_env *d, const struct picture_frame *frame, bool ned,
                                 char text[QUERY_REASON_SIZE]);
 

@@ -115,7 +115,8 @@ static void date_by_capture(const struct methods_env *d, json_t *params, uint64_
         json_object_set_new(params, "t_unix", json_real((double)(given_ns + d->unix_offset_ns) * 1e-9));
 }
 
-/* Number of the word of no_speed_bound, from 1 on; 0: it is not there, or no vehicle is whose speed could be bounded. */
+/* Number of the word of no_speed_bound, from 1 on; 0: it is not there, or there is no vehicle whose speed could be
+ * bounded. */
 static int no_bound_word(const json_t *params)
 {
     const struct protocol_param *p = protocol_methods[PROTOCOL_pose].params;

@@ -138,7 +138,7 @@ make_image() { # ARCH
 
 [ $# -gt 0 ] || set -- amd64 arm64
 for arch; do
-    [ -n "$(triplet "$arch")" ] || { echo "build.sh: $arch: want amd64 or arm64: sonard needs 64 bits" >&2; exit 2; }
+    [ -n "$(triplet "$arch")" ] || { echo "build.sh: $arch: expected amd64 or arm64: sonard needs 64 bits" >&2; exit 2; }
 done
 for arch; do
     make_image "$arch"
