@@ -149,8 +149,9 @@ const char *drift_why_not_clear(const struct methods_env *d, const struct pictur
         snprintf(text, QUERY_REASON_SIZE, "no attitude received, so north is unknown");
     else if (frame->ned && !pose_log_fresh(&d->poses, loop_now(d->loop)) && query_pose_missing(d, text)[0])
         return text;
-    else if (!drift_sentence(d, text)[0] && frame->turn_s <= 0 &&
-             (double)(loop_now(d->loop) - d->start_ns) * 1e-9 < FIRST_TURN_S)
+    else if (frame->turn_s <= 0 && (double)(loop_now(d->loop) - d->start_ns) * 1e-9 < FIRST_TURN_S)
         snprintf(text, QUERY_REASON_SIZE, "nothing is clear yet: the first scan is not over");
+    else
+        drift_sentence(d, text);
     return text;
 }

@@ -145,7 +145,11 @@ def old_place(bench):
 
 def attitude_alone(bench):
     """Nothing is clear although nothing stops coming: status says what is missing."""
-    client = sail(bench, pose=LEVEL).client()
+    trip = sail(bench, pose=LEVEL)
+    for _ in range(TURN // 5):
+        trip.pose(**LEVEL)
+        trip.pings(5)
+    client = trip.client()
     states = {s["state"] for s in client.call("sectors", distance_m=2)["sectors"]}
     check("clear" not in states, "clear: %s" % states)
     status = client.call("status")
