@@ -13,11 +13,12 @@ static void steer(struct steering *s, int i, const struct active_sensing_head *h
 static void on_tick(void *ctx, uint64_t now_ns)
 {
     struct steering *s = ctx;
-    struct pose pose = pose_identity;
+    struct pose pose;
     double push[3];
     const bool pushed = push_way(s->env.push, now_ns, push);
-    if (pose_log_fresh(s->env.poses, now_ns))
-        pose_log_newest(s->env.poses, &pose);
+    pose_log_at(s->env.poses, now_ns, &pose);
+    if (!pose_log_fresh(s->env.poses, now_ns))
+        pose.has = 0; /* its drift holds all the same */
     for (int i = 0; i < CONF_MAX_SONARS; i++)
         if (s->env.plan->steered >> i & 1)
             steer(s, i,
