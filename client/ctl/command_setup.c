@@ -345,6 +345,17 @@ static void write_near(const struct setup *s, FILE *out)
 }
 
 /* Only what was found or answered: the rest stays as sonard.conf or the defaults have it. */
+/* Without a position water is clear for seconds: turns must be quick (config/scenes/bluerov2-stock.conf). */
+static void write_scan(const struct setup *s, FILE *out)
+{
+    if (!s->current_answered || !is_ping360(s))
+        return;
+    if (!s->range_answered)
+        fprintf(out, "# Without a position a quick turn is worth more than what is far away.\nrange = 10 m\n");
+    fprintf(out, "# Every second step: half the time for a turn, and the beams of 2 deg still overlap.\n"
+                 "step = 1.8 deg\n");
+}
+
 static void write_conf(const struct setup *s, FILE *out)
 {
     const double radius_m = hypot(s->size_m[0], s->size_m[1]) / 2;
@@ -361,6 +372,7 @@ static void write_conf(const struct setup *s, FILE *out)
                 "# Several times the stopping distance; longer makes every scan of a head slower.\n"
                 "range = %g m\n",
                 s->range_m);
+    write_scan(s, out);
     if (s->mount_answered)
         fprintf(
             out,
@@ -379,10 +391,14 @@ static void write_conf(const struct setup *s, FILE *out)
         fprintf(
             out,
             "# A promise: the water goes no faster. Without a DVL the thrusters of an ArduSub vehicle then bound "
-            "its drift\n# (docs/without-a-dvl.md); without it nothing is clear for long.\ncurrent = %g m/s\n",
+            "its drift\n# (docs/without-a-dvl.md); without it nothing is clear for long.\ncurrent = %g m/s\n"
+            "# A promise: it never goes faster over ground. Less is better, if it is true.\nmax_speed = 1.5 m/s\n",
             s->current_mps);
     if (is_ping360(s))
         write_near(s, out);
+    if (s->current_answered)
+        fprintf(out, "\n[answers]\n"
+                     "# Drift leaves little within 3 m that beams cover 5 deg up and down.\nlook_ahead = 6 m\n");
 }
 
 /* To be known before all is answered: does the file to write exist already? */
