@@ -107,13 +107,15 @@ static void hear_profile(enum pilot_sonar sonar, const struct pilot_shot *from, 
 {
     const struct water water = {
         .sound_speed_mps = SOUND_MPS, .noise_counts = NOISE_COUNTS, .ghost = 0.1, .seed = from->seed};
-    const uint32_t steps = kinds[sonar].turn / kinds[sonar].units, step = from->number % steps;
-    const double az_rad = step * GEO_TURN / steps;
+    const uint32_t steps = kinds[sonar].turn / kinds[sonar].units, units = kinds[sonar].units;
+    const uint32_t at = from->aimed ? from->head_units : from->number % steps * units;
+    const double az_rad = at * GEO_TURN / kinds[sonar].turn;
+    const double range_m = from->aimed ? from->range_m : kinds[sonar].range_m;
     const struct water_shot shot = {.head = sonar == PILOT_MICRON ? WATER_MICRON : WATER_PING360,
                                     .origin_m = {from->place_m[0], from->place_m[1], from->place_m[2]},
                                     .az_rad = from->heading_rad + az_rad,
                                     .t_s = from->t_s,
-                                    .sample_s = 2 * kinds[sonar].range_m / SOUND_MPS / kinds[sonar].bins,
+                                    .sample_s = 2 * range_m / SOUND_MPS / kinds[sonar].bins,
                                     .transmit_s = 2 * kinds[sonar].pulse_m / SOUND_MPS,
                                     .frequency_hz = 750e3,
                                     .gain = 1,
@@ -124,11 +126,11 @@ static void hear_profile(enum pilot_sonar sonar, const struct pilot_shot *from, 
     ping->law = sonar == PILOT_MICRON ? AMPLITUDE_LOG : AMPLITUDE_SQRT;
     ping->db_per_count = sonar == PILOT_MICRON ? (float)MICRON_DB_PER_COUNT : 0;
     ping->sample_bytes = 1;
-    ping->flags = step == 0 ? PING_NEW_TURN : 0;
+    ping->flags = (from->aimed ? from->new_turn : at == 0) ? PING_NEW_TURN : 0;
     ping->n_beams = 1;
     ping->n_bins = kinds[sonar].bins;
-    ping->dr_m = (float)(kinds[sonar].range_m / kinds[sonar].bins);
-    ping->head_units = step * kinds[sonar].units;
+    ping->dr_m = (float)(range_m / kinds[sonar].bins);
+    ping->head_units = at;
     ping->head_turn = kinds[sonar].turn;
     ping->beam[0] = (struct ping_beam){.az_rad = (float)az_rad};
     water_listen(&water, &from->world->scene, &shot, ping->samples);

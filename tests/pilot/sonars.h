@@ -36,6 +36,11 @@ struct pilot_shot {
     double t_s;      /* of the world */
     uint32_t number; /* from 1 */
     double stray;    /* so many of the beams hear another sonar: [0, 1] */
+    bool
+        aimed; /* a head was sent to head_units, and listens as far as range_m; otherwise it goes round by itself */
+    uint32_t head_units;
+    double range_m;
+    bool new_turn;
 };
 
 /** pilot_sonar_points_at - is something of that radius and place (north, east) in the ping's beams, by its bearing? */

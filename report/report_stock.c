@@ -1,0 +1,377 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * report_stock - a BlueROV2 without a DVL (config/scenes/bluerov2-stock.conf), in place and creeping ahead: how many of
+ * the free metres within look_ahead are said to be free, and is anything said that is not.
+ *
+ * The vehicle is that of tests/lib/rov.h, in six degrees of freedom, in water that goes as fast as `current` promises
+ * or less. Its pulses bound its speed as sonard-mavlink does it (speed_bound.h, VFR_HUD comes, a full battery, no
+ * coasting test), and steer the head. Pings are those of tests/pilot, at the pace of the head's motor and line; worlds
+ * are its harbours and basins. All goes through the daemon's pipeline and methods.
+ *
+ *   report_stock table [FIRST [LAST]]   of seeds FIRST to LAST (911001 to 911006; quick: 911001), for people
+ *   report_stock csv [FIRST [LAST] | quick]
+ *
+ * STOCK_LINE=baud (921600) is the line of the head, STOCK_CONF=file another configuration.
+ *
+ * Free, for a sector of 5 degrees: from the ring-down to the nearest surface in the beam's height, or look_ahead. False:
+ * a sector that says more than 0.25 m past a surface that stands within 5 degrees of level.
+ */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "client/mavlink/speed_bound.h"
+#include "daemon/methods/query_context.h"
+#include "daemon/pipeline/active_sensing.h"
+#include "drivers/devices/ping360_scan.h"
+#include "tests/lib/daemon_rig.h"
+#include "tests/lib/rov.h"
+#include "tests/pilot/run.h"
+
+#define FIRST       911001u
+#define SEEDS       6
+#define SECTORS     72
+#define RING_M      0.75
+#define PAST_M      0.25
+#define CLEAR_M     0.3 /* the vehicle stops being watched as near to something */
+#define TICK_S      0.01
+#define SAMPLE      5  /* ticks: 20 pulses a second */
+#define POSE        10 /* ... and 10 poses */
+#define LOOK        50
+#define ASK         100
+#define REST_S      40 /* idle, and at the end stabilised: the bound forgets the start; then ... */
+#define MANOEUVRE_S 12 /* ... it does what it does, until it is ... */
+#define WATCH_S     40 /* ... watched */
+#define VOLTS       16.8
+
+enum manoeuvre { HOVER_POOL, HOVER_HARBOUR, CREEP, MANOEUVRES };
+
+static const struct {
+    const char *name;
+    double current_mps;
+} manoeuvres[MANOEUVRES] = {
+    {"in place, 0.05 m/s", 0.05}, {"in place, 0.2 m/s", 0.2}, {"creeping, 0.05 m/s", 0.05}};
+
+static const enum pilot_place places[] = {PILOT_HARBOUR, PILOT_BASIN};
+#define PLACES (sizeof places / sizeof places[0])
+
+struct count {
+    unsigned sectors, wrong, clear, said_clear;
+    double free_m, said_m, seen_m; /* said: up to free_to; seen: of that what is not nearer than blind_to */
+    double bound_mps, speed_mps;
+    unsigned asked;
+};
+
+static struct count counts[MANOEUVRES][PLACES];
+
+struct dive {
+    enum manoeuvre what;
+    struct rov rov;
+    struct rov_sticks sticks;
+    struct pilot_world world;
+    struct speed_bound bound;
+    struct push push;
+    struct ping360_scan scan;
+    struct next_look_features features;
+    double start_m[3]; /* where it was when the scene began */
+    int last_us[8];
+    double last_down[3], last_yaw_rad, climb_mps, t_s, speed_mps;
+    double next_ping_s;
+    uint32_t pings;
+    uint16_t last_angle;
+    bool backward;
+    double line_s;
+    double look_m;
+    uint64_t seed;
+};
+
+static double heading_of(const struct rov *r)
+{
+    double m[3][3];
+    rov_axes(r, m);
+    return atan2(m[1][0], m[0][0]);
+}
+
+static void down_of(const struct rov *r, double down[3])
+{
+    double m[3][3];
+    rov_axes(r, m);
+    memcpy(down, m[2], 3 * sizeof *down);
+}
+
+static uint64_t ns_of(double t_s)
+{
+    return (uint64_t)((1000 + t_s) * 1e9);
+}
+
+/* As sonard-mavlink: the bound of the speed, and which way the thrusters push. */
+static void sample(struct dive *v)
+{
+    struct speed_bound_push push = {.frame = thrust_frame(1), .tilt_known = true, .climb_known = true};
+    const double dt_s = SAMPLE * TICK_S, yaw_rad = heading_of(&v->rov);
+    double ground[3], was[2], is[2], mps[DRIFT_WAYS], n[2] = {0};
+    rov_velocity(&v->rov, ground);
+    v->climb_mps += (ground[2] - v->climb_mps) * (1 - exp(-dt_s / 2));
+    push.climb_mps = fabs(v->climb_mps) + 0.03;
+    push.turned_rad = remainder(yaw_rad - v->last_yaw_rad, GEO_TURN);
+    memcpy(push.down[0], v->last_down, sizeof push.down[0]);
+    down_of(&v->rov, push.down[1]);
+    for (int k = 0; k < push.frame->n; k++) {
+        const struct thrust_motor *m = &push.frame->motor[k];
+        const struct thrust_range a = thrust_range(m, v->last_us[k], v->rov.direction[k], VOLTS),
+                                  b = thrust_range(m, v->rov.pulse_us[k], v->rov.direction[k], VOLTS);
+        push.thrust[k] = (struct thrust_range){fmin(a.least_n, b.least_n), fmax(a.most_n, b.most_n)};
+        for (int i = 0; i < 2; i++)
+            n[i] += m->axis[i] * (b.least_n + b.most_n) / 2;
+    }
+    speed_bound_mps(&v->bound, was);
+    speed_bound_step(&v->bound, &push, dt_s);
+    speed_bound_mps(&v->bound, is);
+    for (int k = 0; k < DRIFT_WAYS; k++)
+        mps[k] = fmax(was[k], is[k]);
+    pose_log_bound(&d.poses, ns_of(v->t_s), mps);
+    push_put(&v->push, ns_of(v->t_s), n);
+    memcpy(v->last_down, push.down[1], sizeof v->last_down);
+    v->last_yaw_rad = yaw_rad;
+    memcpy(v->last_us, v->rov.pulse_us, sizeof v->last_us);
+    v->speed_mps = hypot(ground[0], ground[1]);
+}
+
+static void tell_pose(const struct dive *v)
+{
+    struct pose p = pose_identity;
+    p.t_ns = ns_of(v->t_s);
+    p.has = POSE_ATTITUDE | POSE_DEPTH;
+    quat_from_rpy(0, 0, heading_of(&v->rov), p.attitude);
+    p.position_m[2] = v->rov.place_m[2];
+    pose_log_put(&d.poses, &p);
+}
+
+static void place_of(const struct dive *v, double place_m[3])
+{
+    for (int i = 0; i < 3; i++)
+        place_m[i] = v->rov.place_m[i] - v->start_m[i];
+}
+
+static void steer(struct dive *v)
+{
+    double push[3];
+    struct pose pose = pose_identity;
+    struct active_sensing_look look = {0};
+    const uint64_t now_ns = ns_of(v->t_s);
+    const bool pushed = push_way(&v->push, now_ns, push);
+    pose_log_at(&d.poses, now_ns, &pose);
+    const struct active_sensing_head head = {&pose, pushed ? push : NULL, &d.mount[0], &v->features};
+    active_sensing_sector(pipeline_picture(d.pipeline), now_ns, 30, &head, &look);
+    if (d.plan.steered & 1)
+        ping360_scan_steer(&v->scan, look.from_rad, look.to_rad, look.only);
+}
+
+#define MOTOR_S 0.006 /* a gradian; and ... */
+#define HEAD_S  0.018 /* ... from the last sample to the first byte (docs/devices/ping360.md) */
+
+static void hear(struct dive *v)
+{
+    const double range_m = d.conf.sonar[0].range_m;
+    const uint16_t angle = ping360_scan_angle(&v->scan);
+    const int turn = ping360_angle_to(v->last_angle, angle);
+    const bool turned_back = turn != 0 && (turn < 0) != v->backward;
+    struct pilot_shot shot = {.world = &v->world,
+                              .seed = v->seed,
+                              .mount = d.mount,
+                              .heading_rad = heading_of(&v->rov),
+                              .t_s = v->t_s,
+                              .number = ++v->pings,
+                              .aimed = true,
+                              .head_units = (angle + (uint32_t)PING360_TURN - PING360_AHEAD) % PING360_TURN,
+                              .range_m = range_m,
+                              .new_turn = turned_back || (angle < v->last_angle && turn > 0)};
+    place_of(v, shot.place_m);
+    struct ping *ping = pipeline_begin(d.pipeline);
+    ping->t_ns = ping->t_in_ns = ns_of(v->t_s);
+    pilot_sonar_hear(PILOT_PING360, &shot, ping);
+    pose_log_at(&d.poses, ping->t_ns, &ping->pose);
+    pipeline_submit(d.pipeline, ping);
+    v->backward = turn != 0 ? turn < 0 : v->backward;
+    v->last_angle = angle;
+    ping360_scan_advance(&v->scan, ns_of(v->t_s));
+    const int next = abs(ping360_angle_to(angle, ping360_scan_angle(&v->scan)));
+    v->next_ping_s = v->t_s + next * MOTOR_S + HEAD_S + 2 * range_m / 1500 + v->line_s;
+}
+
+/* ---- what is said, and what is true ---- */
+
+/* The nearest surface in a sector, up and down by so much, from a place of the vehicle's. */
+static double nearest_m(const struct dive *v, const double from_m[3], double az_rad, double high_rad)
+{
+    double nearest = INFINITY;
+    for (int i = -3; i <= 3; i++)
+        for (int k = -6; k <= 6; k++) {
+            struct scene_hit hit;
+            double direction[3];
+            geo_direction(az_rad + geo_rad(2.5) * i / 3, high_rad * k / 6, direction);
+            if (scene_cast(&v->world.scene, from_m, direction, v->t_s, &hit))
+                nearest = fmin(nearest, hit.range_m);
+        }
+    return nearest;
+}
+
+static void look_around(struct dive *v, struct count *n)
+{
+    static struct answer said[SECTORS];
+    struct answer_conf limits = grid_limits(pipeline_grid(d.pipeline, 0));
+    const struct answer_now now = query_now(&d);
+    double place_m[3], head_m[3], attitude[4];
+    place_of(v, place_m);
+    quat_from_rpy(0, 0, heading_of(&v->rov), attitude);
+    quat_rotate(attitude, d.mount[0].position_m, head_m);
+    for (int i = 0; i < 3; i++)
+        head_m[i] += place_m[i];
+    answer_sectors(pipeline_picture(d.pipeline), &limits, &now,
+                   &(struct answer_band){.lo_rad = -geo_rad(5),
+                                         .hi_rad = geo_rad(5),
+                                         .reach_m = v->look_m,
+                                         .near_m = query_near_m(&d),
+                                         .count = SECTORS},
+                   said);
+    for (int i = 0; i < SECTORS; i++) {
+        const double az = i * GEO_TURN / SECTORS;
+        if (v->what == CREEP && fabs(geo_wrap_pi(az)) > geo_rad(30.1))
+            continue;
+        const double yaw = heading_of(&v->rov), wall_m = nearest_m(v, place_m, az + yaw, geo_rad(5));
+        const double true_m = fmin(nearest_m(v, head_m, az + yaw, geo_rad(12.5)), v->look_m);
+        const double to_m = said[i].state == ANSWER_CLEAR ? fmax(said[i].free_to_m, v->look_m) : said[i].free_to_m;
+        n->sectors++;
+        n->wrong += to_m > said[i].blind_to_m && wall_m > said[i].blind_to_m && to_m > wall_m + PAST_M;
+        n->clear += true_m >= v->look_m;
+        n->said_clear += true_m >= v->look_m && said[i].state == ANSWER_CLEAR;
+        n->free_m += fmax(true_m - RING_M, 0);
+        n->said_m += fmax(fmin(said[i].free_to_m, true_m) - RING_M, 0);
+        n->seen_m += fmax(fmin(said[i].free_to_m, true_m) - fmax(said[i].blind_to_m, RING_M), 0);
+    }
+    n->asked++;
+    n->speed_mps += v->speed_mps;
+    n->bound_mps += now.pose.drift_mps > 0 && d.poses.unseen.goes_on ? d.poses.unseen.mps[DRIFT_LEVEL]
+                                                                     : d.poses.unseen.set.mps;
+}
+
+/* ---- a dive ---- */
+
+static char conf_text[8192];
+
+/* The scene as it is shipped, in other water. */
+static void read_conf(double current_mps)
+{
+    static char file[4096];
+    const char *path = getenv("STOCK_CONF"), *key = "\ncurrent = ";
+    FILE *f = fopen(path ? path : "config/scenes/bluerov2-stock.conf", "r");
+    const size_t n = f ? fread(file, 1, sizeof file - 1, f) : 0;
+    if (f)
+        fclose(f);
+    file[n] = '\0';
+    char *at = strstr(file, key);
+    if (!at) {
+        fputs("report_stock: run it in the root of the tree\n", stderr);
+        exit(2);
+    }
+    *at++ = '\0';
+    snprintf(conf_text, sizeof conf_text, "%s%s%g m/s%s", file, key, current_mps, strchr(at, '\n'));
+}
+
+static bool begin(struct dive *v, enum manoeuvre what, enum pilot_place place, uint64_t seed)
+{
+    const char *line = getenv("STOCK_LINE");
+    read_conf(manoeuvres[what].current_mps);
+    if (!rig_start(conf_text))
+        return false;
+    *v = (struct dive){.what = what, .seed = seed, .line_s = 12200.0 / (line ? atof(line) : 921600)};
+    pilot_world_draw(&v->world, place, seed, &pilot_hull, 1);
+    rov_start(&v->rov, seed, false, manoeuvres[what].current_mps);
+    v->rov.place_m[2] = v->sticks.depth_m = 10;
+    v->sticks.levels = v->sticks.heads = v->sticks.deep = true;
+    for (int k = 0; k < 8; k++)
+        v->last_us[k] = v->rov.pulse_us[k] = 1500;
+    down_of(&v->rov, v->last_down);
+    speed_bound_start(&v->bound, &(struct speed_bound_conf){0});
+    ping360_scan_init(&v->scan, 0, 0, d.conf.sonar[0].step_rad);
+    v->last_angle = PING360_AHEAD;
+    v->look_m = query_look_ahead_m(&d);
+    return true;
+}
+
+/* The stick of a creep lies between a tenth and a quarter, so that a vehicle goes 0.15 to 0.3 m/s or so. */
+static void fly(struct dive *v)
+{
+    if (v->what == CREEP && v->t_s > REST_S)
+        v->sticks.axis[4] = 0.12 + 0.08 * (double)(v->seed % 7) / 6;
+    if (v->t_s > REST_S - 15)
+        rov_steer(&v->rov, &v->sticks);
+}
+
+static void watch(enum manoeuvre what, unsigned place, uint64_t seed)
+{
+    static struct dive v;
+    struct count *n = &counts[what][place];
+    if (!begin(&v, what, places[place], seed))
+        exit(2);
+    for (int k = 0; v.t_s < REST_S + MANOEUVRE_S + WATCH_S; k++) {
+        double place_m[3];
+        v.t_s = k * TICK_S;
+        if (k % 2 == 0)
+            fly(&v);
+        rov_step(&v.rov, TICK_S);
+        if (v.t_s < REST_S + (what == CREEP ? MANOEUVRE_S / 2 : 0)) /* the scene begins where it then is */
+            memcpy(v.start_m, v.rov.place_m, sizeof v.start_m);
+        place_of(&v, place_m);
+        place_m[2] = 0;
+        if (pilot_world_clearance(&v.world, place_m, &pilot_hull, v.t_s) < CLEAR_M)
+            break;
+        loop_advance(d.loop, ns_of(v.t_s));
+        if (k % SAMPLE == 0)
+            sample(&v);
+        if (k % POSE == 0)
+            tell_pose(&v);
+        if (k % LOOK == 0)
+            steer(&v);
+        if (v.t_s > 2 && v.t_s >= v.next_ping_s)
+            hear(&v);
+        const bool creeps = what != CREEP || (v.speed_mps > 0.12 && v.speed_mps < 0.35);
+        if (k % ASK == 0 && v.t_s > REST_S + MANOEUVRE_S && creeps)
+            look_around(&v, n);
+    }
+    rig_end();
+}
+
+static double percent(double part, double whole)
+{
+    return whole > 0 ? 100 * part / whole : 0;
+}
+
+int main(int argc, char **argv)
+{
+    const char *what = argc > 1 ? argv[1] : "";
+    const bool csv = strcmp(what, "csv") == 0, quick = argc > 2 && strcmp(argv[2], "quick") == 0;
+    const uint64_t first = argc > 2 && !quick ? strtoull(argv[2], NULL, 10) : FIRST;
+    const uint64_t last = argc > 3 ? strtoull(argv[3], NULL, 10) : argc > 2 ? first : first + SEEDS - 1;
+    if (!csv && strcmp(what, "table") != 0) {
+        fputs("usage: report_stock table|csv [FIRST [LAST] | quick]\n", stderr);
+        return 2;
+    }
+    puts(csv ? "vehicle,place,asked,speed_mps,bound_mps,said,seen,clear,false"
+             : "vehicle              place    asked  speed  bound   said free  and seen  clear sectors said  "
+               "false");
+    for (int m = 0; m < MANOEUVRES; m++)
+        for (unsigned p = 0; p < PLACES; p++) {
+            for (uint64_t seed = first; seed <= last; seed++)
+                watch((enum manoeuvre)m, p, seed);
+            const struct count *n = &counts[m][p];
+            printf(csv ? "%s,%s,%u,%.2f,%.2f,%.1f,%.1f,%.1f,%u\n"
+                       : "%-20s %-8s %5u   %4.2f   %4.2f      %4.0f %%    %4.0f %%              %4.0f %%  %5u\n",
+                   manoeuvres[m].name, pilot_place_name[places[p]], n->asked, n->speed_mps / fmax(1, n->asked),
+                   n->bound_mps / fmax(1, n->asked), percent(n->said_m, n->free_m), percent(n->seen_m, n->free_m),
+                   percent(n->said_clear, n->clear), n->wrong);
+            fflush(stdout);
+        }
+    return 0;
+}
