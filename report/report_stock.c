@@ -13,8 +13,8 @@
  *
  * STOCK_LINE=baud (921600) is the line of the head, STOCK_CONF=file another configuration.
  *
- * Free, for a sector of 5 degrees: from the ring-down to the nearest surface in the beam's height, or look_ahead. False:
- * a sector that says more than 0.25 m past a surface that stands within 5 degrees of level.
+ * Free, for a sector of 5 degrees: from the ring-down to the nearest surface in the beam's height, or look_ahead.
+ * False: a sector that says more than 0.25 m past a surface that stands within 5 degrees of level.
  */
 #include <math.h>
 #include <stdio.h>
