@@ -4,7 +4,6 @@
 #include <math.h>
 #include <stdio.h>
 
-
 #define POOL_MPS     0.05 /* what `current` and `station_keeping` may be at best: sonard.conf(5) */
 #define TURN_LEAST_S 1.0  /* of a faster turn nobody can tell metres from none */
 #define FIRST_TURN_S 60.0 /* a head that has not turned once by then is none */
