@@ -47,7 +47,6 @@ void wiring_extract(const struct conf *conf, int i, struct extract_conf *e)
                                .target_db = c->target_db,
                                .bottom_db = c->bottom_db,
                                .minimum_range_m = c->minimum_range_m,
-                               .off_axis = conf->map.voxel_m > 0,
                                .learn_ring_down = c->learn_ring_down == CONF_ON,
                                .ring_down_m = sonar->ring_down_m,
                                .law = laws[sonar->amplitude],

@@ -13,6 +13,11 @@
 
 #define ECHOES_PER_BEAM 4
 
+/* Shares of the way from a beam's axis to its edge (half power). The two-way pattern, exp(-4 ln 2 u^2) at the share u,
+ * takes 0.4 dB at the first: as much as nothing. At the second it takes 3 dB, and 6 dB at the edge. */
+#define BEAM_AXIS_SHARE 0.25
+#define BEAM_SIDE_SHARE 0.7
+
 /* What speaks against an echo; it is an echo all the same. docs/extract.md has the rules. */
 enum echo_flag {
     ECHO_BURST =
@@ -57,10 +62,11 @@ struct beam_echoes {
     float blind_m;                  /* nothing is known nearer than this (ring-down) */
     float free_to_m;                /* water from blind_m to here is free; <= blind_m: no free interval */
     float heard_from_m, heard_to_m; /* echoes are detected between the two; from >= to: none are */
-    /* Off its axis a beam hears less, so less is known to be free there: free_to_m halfway to the edge of the beam, at
-     * most as far, and blind_m and free_to_m at the edge, within blind_m and side_to_m; from >= to: nothing. */
+    /* Off its axis a beam hears less, so less is known to be free there: free_to_m at BEAM_SIDE_SHARE of the way to
+     * its edge, at most as far, and blind_m and free_to_m at the edge, within blind_m and side_to_m; from >= to:
+     * nothing. Within the latter two those of a surface that the edge grazes, which answers weakly and for long. */
     bool off_axis; /* it is known how far */
-    float side_to_m, edge_from_m, edge_to_m;
+    float side_to_m, edge_from_m, edge_to_m, surface_from_m, surface_to_m;
     uint8_t state; /* enum beam_state */
     uint8_t n;     /* echoes, in order of range */
     uint8_t hides; /* enum beam_hides */

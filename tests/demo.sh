@@ -33,7 +33,7 @@ echo
 status=0
 ask --json call image '{}' | "$build/tests/walls" || status=$?
 echo
-for question in "0 --distance 1 --half-angle 4" "0 --distance 2" "180 --distance 2"; do
+for question in "5 --distance 1 --half-angle 2" "0 --distance 2" "180 --distance 2"; do
     echo "\$ sonarctl blocked $question"
     # shellcheck disable=SC2086  # several words
     ask blocked $question || true

@@ -49,6 +49,13 @@ void free_spend(struct free_interval *list, const struct free_ping *ping)
     list[0] = interval_of(&(struct stretch){.to_m = -1}, ping);
 }
 
+/* It was observed, though nothing of it is free. */
+static void look_at_nothing(struct free_interval *list, const struct free_ping *ping)
+{
+    if (!list[0].t_ping_ns)
+        list[0] = interval_of(&(struct stretch){0}, ping);
+}
+
 /* Intervals while they are put together: one more than there is room for, and one that may be split. */
 struct parts {
     struct free_interval part[FREE_INTERVALS + 2];
@@ -112,7 +119,11 @@ void free_add(struct free_interval *list, const struct stretch *s, const struct 
     struct parts all = {.part = {fresh}, .n = 1};
     if (!s->leaves_aside && s->ends_at_echo)
         for (unsigned i = 0; i < FREE_INTERVALS; i++)
-            list[i].to_m = fminf(list[i].to_m, fresh.to_m);
+            list[i].to_m = fminf(list[i].to_m, (float)s->look_to_m);
+    if (!holds(&fresh)) {
+        look_at_nothing(list, ping);
+        return;
+    }
     for (int k = 0; k < FREE_INTERVALS; k++)
         keep_beside(&all, &list[k], &fresh);
     while (all.n > FREE_INTERVALS)
@@ -148,11 +159,13 @@ static void add_rest(struct parts *o, struct free_interval f, const struct free_
 void free_fill(struct free_interval *list, const struct stretch *s, const struct free_ping *ping, float *limit_m)
 {
     struct free_interval f = interval_of(s, ping);
-    const bool echo = !s->leaves_aside && s->ends_at_echo && f.to_m < *limit_m;
+    const bool echo = !s->leaves_aside && s->ends_at_echo && (float)s->look_to_m < *limit_m;
     f.to_m = fminf(f.to_m, *limit_m);
     if (echo)
-        *limit_m = f.to_m;
-    if (f.to_m <= f.from_m || has_it(list, &f))
+        *limit_m = (float)s->look_to_m;
+    if (!holds(&f))
+        look_at_nothing(list, ping);
+    if (!holds(&f) || has_it(list, &f))
         return;
     struct parts all = {.n = 0};
     for (int k = 0; k < FREE_INTERVALS; k++)

@@ -27,11 +27,13 @@ struct free_interval {
  */
 #define FREE_INTERVALS 4
 
-/* A new stretch, and what ends it: where the ray enters and leaves the beam at its side, or an echo. */
+/* A new stretch: what of it is free, and where the beam looks at it, which may be farther. It ends where the ray enters
+ * and leaves the beam at its side, or at an echo. */
 struct stretch {
-    double from_m, to_m;
+    double from_m, to_m; /* to_m <= from_m: nothing is free */
+    double look_from_m, look_to_m;
     bool enters_aside, leaves_aside;
-    bool ends_at_echo; /* to_m, where it is not aside */
+    bool ends_at_echo; /* look_to_m, where it is not aside */
 };
 
 /* The ping that freed it. */
@@ -43,8 +45,8 @@ struct free_ping {
 
 /**
  * free_add - a ping freed a stretch of a direction (list[FREE_INTERVALS]). It takes the place of older evidence where
- * both overlap, and an echo at its end takes back what was free beyond.
- * That the observation ends there takes back nothing.
+ * both overlap, and an echo where the beam ends takes back what was free beyond.
+ * That the observation ends there, or what it shows to be free, takes back nothing.
  */
 void free_add(struct free_interval *list, const struct stretch *stretch, const struct free_ping *ping);
 

@@ -404,6 +404,8 @@ static void find_free_aside(const struct extract *e, const struct profile *p, co
     out->side_to_m = fminf(out->free_to_m, (float)profile_m(p, aside.side_end));
     out->edge_from_m = (float)profile_m(p, aside.edge.begin);
     out->edge_to_m = fminf(out->free_to_m, (float)profile_m(p, aside.edge.end));
+    out->surface_from_m = (float)profile_m(p, aside.surface.begin);
+    out->surface_to_m = fminf(out->free_to_m, (float)profile_m(p, aside.surface.end));
 }
 
 /* How far the beam shows free water. Needs the raw cells. */
@@ -447,8 +449,7 @@ static void find_free_interval(const struct extract *e, const struct profile *p,
     else if (w.begin > 0 && profile_blind(p, w.begin - 1))
         out->hides = BEAM_HIDES_BEFORE;
     out->heard_to_m = out->free_to_m;
-    if (e->conf.off_axis)
-        find_free_aside(e, p, b, w.begin, levels->target, out);
+    find_free_aside(e, p, b, w.begin, levels->target, out);
 }
 
 /* The echoes of the beam; out->free_to_m ends at what is doubtful. survivors: those of the class step, or NULL. */

@@ -41,7 +41,6 @@ struct extract_conf {
         target_db; /* [0, 60] how much less than a wall the weakest obstacle returns that free water is without */
     double bottom_db;       /* the same of a bottom, whose echo has no edge; < 0: not looked for */
     double minimum_range_m; /* [0, 1000] */
-    bool off_axis;          /* also find how far the water is free off the axis, for a voxel map */
     double ring_down_m;     /* end of the ring-down, <= 100; < 0: found in every beam */
     bool learn_ring_down;   /* found ones that end later than usual end where they usually do */
     int law;                /* enum amplitude_law in place of the ping's; EXTRACT_LAW_OF_PING: the ping's */
@@ -111,8 +110,8 @@ struct extract *extract_init(void *mem, const struct extract_conf *conf, uint32_
  * louder than usual: something near may hide the rest. Nothing is free in a ping that does not show that its receiver
  * hears (hearing.h): its beams with an echo keep it, and the others are BEAM_BLIND.
  *
- * With conf.off_axis the same for what stands off the axis of the beam: see free_water_aside. It changes nothing else,
- * and pings with ready ranges have none of it.
+ * Likewise what stands off the axis of the beam, as far as side_to_m and edge_to_m: see free_water_aside. Pings with
+ * ready ranges have none of it.
  *
  * Pings that are PING_UNHEARD are BEAM_BLIND. Pings with ready ranges: range > 0 becomes one echo with the device's own
  * deviation and confidence, 0 is silence, and anything else BEAM_BLIND; entries of the same direction in order of range

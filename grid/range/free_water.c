@@ -23,9 +23,10 @@
 #define RINGS_ON 4.0
 
 /*
- * By so much less is heard off the axis: halfway to the edge the two-way pattern has lost 1.5 dB, and as much again
- * is the margin for a surface that is met there at an angle. At the edge it has lost 6 dB, and a whole surface that the
- * edge grazes may be 10 dB weaker than the target, as a soft bottom is: docs/map.md has what each costs.
+ * By so much less is heard off the axis: at BEAM_SIDE_SHARE of the way to the edge the two-way pattern has lost 3 dB.
+ * Halfway to the edge it has lost 1.5 dB, and as much again is the map's margin for a surface that is met there at an
+ * angle. At the edge it has lost 6 dB, and a whole surface that the edge grazes may be 10 dB weaker than the target, as
+ * a soft bottom is: docs/map.md has what each costs.
  */
 #define SIDE_LOSS         2.0
 #define EDGE_LOSS         4.0
@@ -193,7 +194,9 @@ struct free_water_aside free_water_aside(const struct profile *p, const struct b
     struct free_water edge = free_from(p, b, w.begin, detectable / EDGE_LOSS, contrast);
 
     edge.end = sooner(edge.end, side_end);
+    struct free_water surface = edge;
     if (edge.begin >= edge.end || edge.end - edge.begin < p->axis->window)
-        edge.end = edge.begin; /* too short to tell a surface that the edge grazes */
-    return (struct free_water_aside){side_end, free_water_before_surface(p, edge, detectable / EDGE_SURFACE_LOSS)};
+        surface.end = surface.begin; /* too short to tell one */
+    return (struct free_water_aside){side_end, edge,
+                                     free_water_before_surface(p, surface, detectable / EDGE_SURFACE_LOSS)};
 }

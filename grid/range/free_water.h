@@ -69,15 +69,16 @@ struct free_water free_water_before_surface(const struct profile *p, struct free
 
 /* Of the water that is free on a beam's axis, what is free off it, where the two-way pattern weakens all echoes. */
 struct free_water_aside {
-    uint32_t side_end;      /* halfway to the edge: up to that cell */
-    struct free_water edge; /* at the edge (half power each way) */
+    uint32_t side_end;         /* where the pattern has taken 3 dB: up to that cell */
+    struct free_water edge;    /* at the edge (half power each way) ... */
+    struct free_water surface; /* ... and of that, where a surface that the edge grazes would be detected */
 };
 
 /**
  * free_water_aside - within cells w.begin .. w.end - 1, which free_water_find found free for `detectable`. The side
- * ends at what is as loud as half of that; the edge at a quarter, and where the next reference window of cells has on
- * average a 40th: what the edge meets at a grazing angle answers weakly and for long. The edge begins at most one such
- * window behind w.begin, or is empty.
+ * ends at what is as loud as half of that, the edge at a quarter. For a surface it ends where the next reference window
+ * of cells has on average a 40th as well: what the edge meets at a grazing angle answers weakly and for long. That
+ * begins at most one such window behind the edge, or is empty.
  */
 struct free_water_aside free_water_aside(const struct profile *p, const struct baseline *b, struct free_water w,
                                          double detectable, double contrast);

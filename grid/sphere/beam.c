@@ -15,13 +15,28 @@ static double off_axis(double aside, double upward)
     return sine < 1 ? asin(sine) : GEO_PI;
 }
 
+const double beam_part_share[BEAM_PARTS] = {[BEAM_AXIS] = BEAM_AXIS_SHARE, [BEAM_SIDE] = BEAM_SIDE_SHARE};
+
+static double tan_of(double half_rad)
+{
+    return tan(fmin(half_rad, WIDEST_HALF_RAD));
+}
+
+void beam_part_open(struct beam_opening *o, enum beam_part part, double half_az_rad, double half_el_rad,
+                    double height_rad)
+{
+    o->part[part] = (struct beam_part_opening){.tan_az = tan_of(half_az_rad),
+                                               .tan_el = tan_of(half_el_rad - height_rad / 2),
+                                               .tan_high = tan_of(half_el_rad)};
+}
+
 struct beam_opening beam_opening(double az_rad, double el_rad, double height_rad, bool level)
 {
     const double half_az = fmin(az_rad / 2, GEO_PI), half_el = el_rad / 2, within = half_el - height_rad / 2;
     const double bend = 1 - cos(fmin(half_az, GEO_PI / 2)); /* of an arc of equal elevation */
     const bool too_high = !level && height_rad > 4 * half_el;
     const double aside = sin(fmin(half_az, GEO_PI / 2)), upward = sin(fmin(half_el, GEO_PI / 2)) + bend;
-    return (struct beam_opening){
+    struct beam_opening o = {
         .half_az = half_az,
         .half_el = half_el,
         .sin_az = sin(half_az),
@@ -29,11 +44,14 @@ struct beam_opening beam_opening(double az_rad, double el_rad, double height_rad
         .aside = aside,
         .upward = upward,
         .off_rad = off_axis(aside, upward),
-        .tan_az = tan(fmin(half_az, WIDEST_HALF_RAD)),
-        .tan_el = tan(fmin(within > 0 || level ? within : height_rad / 2, WIDEST_HALF_RAD)),
-        .tan_high = tan(fmin(half_el, WIDEST_HALF_RAD)),
+        .tan_az = tan_of(half_az),
+        .tan_el = tan_of(within > 0 || level ? within : height_rad / 2),
+        .tan_high = tan_of(half_el),
         .widest_rad = too_high ? 0 : 4 * half_az,
     };
+    for (enum beam_part k = 0; k < BEAM_PARTS; k++)
+        beam_part_open(&o, k, beam_part_share[k] * half_az, beam_part_share[k] * half_el, height_rad);
+    return o;
 }
 
 struct beam_opening beam_opening_freed(const struct beam_opening *own, double cell_width_rad)
@@ -89,14 +107,22 @@ void beam_blur(struct beam *b, const double blur_m[3], double any_m)
  * A place r from the sensor, with the line's components `along` and `across` as seen there, is at most
  * hypot(r + along, across) and at least r - along from wherever on the line the sensor is.
  */
-void beam_surely_free(const struct beam *b, double *from_m, double *to_m)
+struct beam_water beam_surely_free(const struct beam *b, const struct beam_water *w)
 {
     const struct pose_blur blur = pose_blur_of(b->blur_m, b->axis, b->opening->off_rad);
-    const double off_m = blur.along_m + b->margin_m;
-    if (!(off_m > 0 || blur.across_m > 0))
-        return;
-    *from_m += off_m;
-    *to_m = sqrt(fmax(*to_m * *to_m - blur.across_m * blur.across_m, 0)) - off_m;
+    const double off_m = blur.along_m + b->margin_m, across2 = blur.across_m * blur.across_m;
+    if (!(off_m > 0 || across2 > 0))
+        return *w;
+    const struct beam_water within = {w->from_m, sqrt(fmax(w->to_m * w->to_m - across2, 0)),
+                                      sqrt(fmax(w->side_to_m * w->side_to_m - across2, 0)), w->edge_from_m,
+                                      sqrt(fmax(w->edge_to_m * w->edge_to_m - across2, 0))};
+    return beam_water_less(&within, off_m);
+}
+
+struct beam_water beam_water_less(const struct beam_water *w, double by_m)
+{
+    return (struct beam_water){w->from_m + by_m, w->to_m - by_m, w->side_to_m - by_m, w->edge_from_m + by_m,
+                               w->edge_to_m - by_m};
 }
 
 struct beam_cell beam_cell_of(double width_rad, double height_rad, double el_rad)
@@ -246,36 +272,98 @@ bool beam_holds(const struct beam *b, const struct beam_cell *cell, const double
     return b->opening->half_az > GEO_PI / 2 ? left || right : left && right && inside(&sides, b->ahead, v);
 }
 
-bool beam_sides(const struct beam *b, const struct beam_cell *cell, struct beam_sides *f)
+/* The flat sides at these angles, farther in by what of the sensor's place is not known. */
+static struct beam_sides sides_at(const struct beam *b, double tan_az, double tan_el)
 {
-    f->tan_el = b->opening->tan_el;
-    if (cell->across_rad > b->opening->widest_rad || !(f->tan_el > 0))
-        return false;
     const double margin_el_m = b->margin_m + b->margin_el_m;
     const double along_m = fabs(geo_dot(b->blur_m, b->axis));
-    f->tan_az = cell->tan_across > b->opening->tan_az ? cell->tan_across : b->opening->tan_az;
-    f->in_az = b->margin_m > 0 ? b->margin_m * sqrt(1 + f->tan_az * f->tan_az) : 0;
-    f->in_el = margin_el_m > 0 ? margin_el_m * sqrt(1 + f->tan_el * f->tan_el) : 0;
-    f->in_az += f->tan_az * along_m + fabs(geo_dot(b->blur_m, b->side));
-    f->in_el += f->tan_el * along_m + fabs(geo_dot(b->blur_m, b->up));
+    struct beam_sides f = {.tan_az = tan_az, .tan_el = tan_el};
+    f.in_az = b->margin_m > 0 ? b->margin_m * sqrt(1 + tan_az * tan_az) : 0;
+    f.in_el = margin_el_m > 0 ? margin_el_m * sqrt(1 + tan_el * tan_el) : 0;
+    f.in_az += tan_az * along_m + fabs(geo_dot(b->blur_m, b->side));
+    f.in_el += tan_el * along_m + fabs(geo_dot(b->blur_m, b->up));
+    return f;
+}
+
+bool beam_sides(const struct beam *b, const struct beam_cell *cell, struct beam_sides *f)
+{
+    const struct beam_opening *o = b->opening;
+    if (cell->across_rad > o->widest_rad || !(o->tan_el > 0))
+        return false;
+    *f = sides_at(b, cell->tan_across > o->tan_az ? cell->tan_across : o->tan_az, o->tan_el);
     return true;
 }
 
-bool beam_stretch(const struct beam *b, const struct beam_cell *cell, const struct beam_ray *ray, double near_m,
-                  double far_m, struct stretch *st)
+/* Cuts the stretch to what of the ray is between the sides. False when nothing is left. */
+static bool cut_sides(const struct beam *b, const struct beam_sides *f, const struct beam_ray *ray,
+                      struct stretch *st)
+{
+    const double x = ray->along, y = ray->aside, z = ray->upward;
+    const double ox = b->offset_m[0], oy = b->offset_m[1], oz = b->offset_m[2];
+    return cut_side(st, f->tan_az * x - y, f->tan_az * ox - oy + f->in_az) &&
+           cut_side(st, f->tan_az * x + y, f->tan_az * ox + oy + f->in_az) &&
+           cut_side(st, f->tan_el * x - z, f->tan_el * ox - oz + f->in_el) &&
+           cut_side(st, f->tan_el * x + z, f->tan_el * ox + oz + f->in_el);
+}
+
+/* ---- what is free in the parts of a beam ---- */
+
+static bool is_alike(const struct beam_water *w)
+{
+    return w->side_to_m >= w->to_m && w->edge_to_m >= w->to_m && w->edge_from_m <= w->from_m;
+}
+
+/* What another part frees joins it where they touch; else the longer stays. */
+static void add_run(struct stretch *st, double from_m, double to_m)
+{
+    if (!(to_m > from_m))
+        return;
+    if (st->to_m > st->from_m && from_m <= st->to_m && to_m >= st->from_m) {
+        st->from_m = fmin(st->from_m, from_m);
+        st->to_m = fmax(st->to_m, to_m);
+    } else if (to_m - from_m > st->to_m - st->from_m) {
+        st->from_m = from_m;
+        st->to_m = to_m;
+    }
+}
+
+/* Of where the beam looks along the ray: at its edge, that is, in all of it; and farther in those of its parts through
+ * which the ray passes. aside: it is the side of a cell, whose upper and lower end are no part's concern. */
+static void free_in_parts(const struct beam *b, const struct beam_ray *ray, const struct beam_water *w, bool aside,
+                          struct stretch *st)
+{
+    const double reach_m[BEAM_PARTS] = {[BEAM_AXIS] = w->to_m, [BEAM_SIDE] = w->side_to_m};
+    const struct stretch look = {.from_m = st->look_from_m, .to_m = st->look_to_m};
+    st->from_m = st->to_m = 0;
+    add_run(st, fmax(look.from_m, beam_meet(b, ray->u, w->edge_from_m)),
+            fmin(look.to_m, beam_meet(b, ray->u, w->edge_to_m)));
+    for (enum beam_part k = BEAM_PARTS; k-- > 0;) {
+        const struct beam_part_opening *o = &b->opening->part[k];
+        const double wider = aside ? 1 + BEAM_EDGE : 1;
+        const struct beam_sides sides = sides_at(b, wider * o->tan_az, wider * (aside ? o->tan_high : o->tan_el));
+        struct stretch in = look;
+        if (o->tan_el > 0 && cut_sides(b, &sides, ray, &in))
+            add_run(st, in.from_m, fmin(in.to_m, beam_meet(b, ray->u, reach_m[k])));
+    }
+}
+
+void beam_stretch_aside(const struct beam *b, const struct beam_ray *side, const struct beam_water *water,
+                        struct stretch *st)
+{
+    if (!is_alike(water))
+        free_in_parts(b, side, water, true, st);
+}
+
+bool beam_stretch(const struct beam *b, const struct beam_cell *cell, const struct beam_ray *ray,
+                  const struct beam_water *water, struct stretch *st)
 {
     struct beam_sides f;
     if (!beam_sides(b, cell, &f))
         return false;
-    double x = ray->along, y = ray->aside, z = ray->upward;
-    double ox = b->offset_m[0], oy = b->offset_m[1], oz = b->offset_m[2];
     *st = (struct stretch){.to_m = INFINITY};
-    if (!(cut_side(st, f.tan_az * x - y, f.tan_az * ox - oy + f.in_az) &&
-          cut_side(st, f.tan_az * x + y, f.tan_az * ox + oy + f.in_az) &&
-          cut_side(st, f.tan_el * x - z, f.tan_el * ox - oz + f.in_el) &&
-          cut_side(st, f.tan_el * x + z, f.tan_el * ox + oz + f.in_el)))
+    if (!cut_sides(b, &f, ray, st))
         return false;
-    double from = beam_meet(b, ray->u, near_m), to = beam_meet(b, ray->u, far_m);
+    double from = beam_meet(b, ray->u, water->from_m), to = beam_meet(b, ray->u, water->to_m);
     if (from >= st->from_m) {
         st->from_m = from;
         st->enters_aside = false;
@@ -284,7 +372,13 @@ bool beam_stretch(const struct beam *b, const struct beam_cell *cell, const stru
         st->to_m = to;
         st->leaves_aside = false;
     }
-    return st->to_m > st->from_m;
+    st->look_from_m = st->from_m;
+    st->look_to_m = st->to_m;
+    if (!(st->to_m > st->from_m))
+        return false;
+    if (!is_alike(water))
+        free_in_parts(b, ray, water, false, st);
+    return true;
 }
 
 /* The least of q . origin / lever over the opening: -1, the beam looks back at the grid's centre; 1, away from it. */

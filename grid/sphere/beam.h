@@ -12,6 +12,16 @@
 #include "grid/echoes.h"
 #include "grid/picture/free_interval.h"
 
+/* Parts of a beam in which it detects more than at its edge: up to BEAM_AXIS_SHARE and BEAM_SIDE_SHARE of its
+ * opening. */
+enum beam_part { BEAM_AXIS, BEAM_SIDE, BEAM_PARTS };
+
+/* The bounds of a part; of those of struct beam_opening that do not leave it to a cell's size. tan_el <= 0: no cell
+ * lies in it. */
+struct beam_part_opening {
+    double tan_az, tan_el, tan_high;
+};
+
 /* What is alike for all beams of a ping. */
 struct beam_opening {
     double half_az, half_el;
@@ -21,7 +31,11 @@ struct beam_opening {
     double tan_az, tan_el; /* a ray of the grid is in the beam where |y| <= tan_az x, |z| <= tan_el x */
     double tan_high;       /* of all of half_el: tan_el leaves out half a cell */
     double widest_rad;     /* a cell that is wider is never in the beam */
+    struct beam_part_opening part[BEAM_PARTS];
 };
+
+/* Half of a part's opening, as a share of half of the beam's. */
+extern const double beam_part_share[BEAM_PARTS];
 
 /* What lies at the left or right edge of a beam but for rounding, of azimuths in float, is within so much of half the
  * beam's width, relative to it. */
@@ -38,6 +52,26 @@ struct beam_opening beam_opening_freed(const struct beam_opening *own, double ce
  * level row is never narrower than its beam's fan: only all of it counts.
  */
 struct beam_opening beam_opening(double az_rad, double el_rad, double cell_height_rad, bool level);
+
+/** beam_part_open - half the width and height of a part in place of what beam_opening has for it: of beams that are
+ * narrower than their sonar's, or several together. */
+void beam_part_open(struct beam_opening *o, enum beam_part part, double half_az_rad, double half_el_rad,
+                    double cell_height_rad);
+
+/* How far the water of a beam is free, from its sensor: in its parts and at its edge, as struct beam_echoes has it. */
+struct beam_water {
+    double from_m, to_m;
+    double side_to_m, edge_from_m, edge_to_m;
+};
+
+/** beam_water_alike - as much is free in all of the beam. */
+static inline struct beam_water beam_water_alike(double from_m, double to_m)
+{
+    return (struct beam_water){from_m, to_m, to_m, from_m, to_m};
+}
+
+/** beam_water_less - it begins and ends so much nearer to its middle. */
+struct beam_water beam_water_less(const struct beam_water *w, double by_m);
 
 struct beam {
     const struct echoes *ping;
@@ -68,8 +102,8 @@ void beam_of(struct beam *b, const struct echoes *ping, uint16_t index, const st
 /** beam_blur - of a placed beam: its sensor may be anywhere on the line by +-blur_m, or any_m from there. */
 void beam_blur(struct beam *b, const double blur_m[3], double any_m);
 
-/** beam_surely_free - of water free from *from_m to *to_m, what is so wherever within its blur the sensor is. */
-void beam_surely_free(const struct beam *b, double *from_m, double *to_m);
+/** beam_surely_free - of the water what is free wherever within its blur the sensor is. */
+struct beam_water beam_surely_free(const struct beam *b, const struct beam_water *w);
 
 /* A ray from the grid's centre: the direction of a cell's middle; its components along the beam's axis, side and up. */
 struct beam_ray {
@@ -144,11 +178,16 @@ double beam_share(double off, double half, double width);
 bool beam_holds(const struct beam *b, const struct beam_cell *cell, const double u[3], double at_m);
 
 /**
- * beam_stretch - the stretch of the ray through the middle of a cell of the ring that lies between near_m and far_m
- * from the sensor and in the beam. False when there is none.
+ * beam_stretch - the stretch of the ray through the middle of a cell of the ring at which the beam looks, within the
+ * range of its water, and what of that is free in the parts that it passes: the longest run. False when it does not
+ * look at it at all. An echo ends where it looks, whatever is free.
  */
-bool beam_stretch(const struct beam *b, const struct beam_cell *cell, const struct beam_ray *ray, double near_m,
-                  double far_m, struct stretch *out);
+bool beam_stretch(const struct beam *b, const struct beam_cell *cell, const struct beam_ray *ray,
+                  const struct beam_water *water, struct stretch *out);
+
+/** beam_stretch_aside - what is free, of where st says that the beam looks along the side of a cell. */
+void beam_stretch_aside(const struct beam *b, const struct beam_ray *side, const struct beam_water *water,
+                        struct stretch *st);
 
 /* The flat sides of a beam that frees cells of a ring; in_az, in_el: they are so much farther in than the opening's. */
 struct beam_sides {

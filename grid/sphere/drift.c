@@ -179,10 +179,10 @@ struct run {
     const struct wedges *wedges;
     const double *drift_m;
     const struct drift_look *middle;
-    uint16_t end[2];     /* the oldest and the newest look of it */
-    double wide_rad[2];  /* it reaches so far beyond the middle one's edges, on the side of each */
-    double sense;        /* of the sweep: 1, -1; 0: not known yet */
-    double from_m, to_m; /* what all of them found free, from their own sensors; and their joints */
+    uint16_t end[2];         /* the oldest and the newest look of it */
+    double wide_rad[2];      /* it reaches so far beyond the middle one's edges, on the side of each */
+    double sense;            /* of the sweep: 1, -1; 0: not known yet */
+    struct beam_water water; /* what all of them found free, from their own sensors; and their joints */
     double slip_m;
     double apart_m, tilt_rad;
 };
@@ -191,8 +191,11 @@ static void take_in(struct run *r, const struct drift_look *look)
 {
     const struct wedge *wedge = wedge_of(r->wedges, look);
     const struct wedge_ping *ping = ping_of(r->wedges, look);
-    r->from_m = fmax(r->from_m, (double)wedge->from_m);
-    r->to_m = fmin(r->to_m, (double)wedge->to_m);
+    const struct beam_water other = wedges_water(wedge);
+    r->water = (struct beam_water){fmax(r->water.from_m, other.from_m), fmin(r->water.to_m, other.to_m),
+                                   fmin(r->water.side_to_m, other.side_to_m),
+                                   fmax(r->water.edge_from_m, other.edge_from_m),
+                                   fmin(r->water.edge_to_m, other.edge_to_m)};
     r->apart_m = fmax(r->apart_m, apart_m(ping, ping_of(r->wedges, r->middle)) + (double)ping->uncertain_m);
     r->tilt_rad = fmax(r->tilt_rad, acos(fmin(1, dot(look->down, r->middle->down))));
 }
@@ -226,28 +229,49 @@ static bool worth_of(const struct run *r, struct drift_worth *out)
     const double off_m = hypot(out->drift_m[0], out->drift_m[1]) + r->apart_m;
     out->apart_m = r->apart_m;
     out->tilt_rad = r->tilt_rad;
-    out->to_m = r->to_m - off_m;
-    out->from_m = fmax(r->from_m, r->slip_m) + off_m;
-    if (out->to_m <= r->from_m + off_m)
+    out->water = beam_water_less(&r->water, off_m);
+    if (out->water.to_m <= out->water.from_m)
         return false;
+    double from_m = fmax(out->water.from_m, r->slip_m + off_m);
     if (wide_rad < GEO_PI / 2)
-        out->from_m = wide_rad > 0 ? fmax(out->from_m, off_m / sin(wide_rad)) : (double)INFINITY;
+        from_m = wide_rad > 0 ? fmax(from_m, off_m / sin(wide_rad)) : (double)INFINITY;
+    out->water.from_m = from_m;
+    out->water.edge_from_m = fmax(out->water.edge_from_m, from_m);
     return true;
+}
+
+/* Where water that begins nearer, and ends at to_m, ends with what narrower runs freed. */
+static double joined_to(double from_m, double narrower_to_m, double to_m)
+{
+    return to_m >= from_m ? fmax(to_m, narrower_to_m) : to_m;
 }
 
 /* The water of a wider run joins what narrower ones freed, where they touch; else the longer is kept. */
 static void add_worth(struct drift_worth *all, const struct drift_worth *wider)
 {
-    const double from_m = all->from_m, to_m = all->to_m;
-    if (!(wider->to_m > wider->from_m))
+    const struct beam_water was = all->water, *is = &wider->water;
+    if (!(is->to_m > is->from_m))
         return;
-    if (to_m > from_m && wider->to_m < from_m && wider->to_m - wider->from_m <= to_m - from_m)
+    if (was.to_m > was.from_m && is->to_m < was.from_m && is->to_m - is->from_m <= was.to_m - was.from_m)
         return;
     *all = *wider;
-    if (to_m > from_m && wider->to_m >= from_m) {
-        all->from_m = fmin(from_m, wider->from_m);
-        all->to_m = fmax(to_m, wider->to_m);
+    if (was.to_m > was.from_m && is->to_m >= was.from_m) {
+        all->water.from_m = fmin(was.from_m, is->from_m);
+        all->water.to_m = fmax(was.to_m, is->to_m);
+        all->water.side_to_m = joined_to(was.from_m, was.side_to_m, is->side_to_m);
+        all->water.edge_to_m = joined_to(was.edge_from_m, was.edge_to_m, is->edge_to_m);
     }
+}
+
+void drift_narrow(struct wedge *w, const struct drift_look *look)
+{
+    const float off_rad = fabsf(look->az_rad - w->az_rad);
+    if (look->half_rad == w->half_az_rad)
+        return;
+    for (enum beam_part k = 0; k < BEAM_PARTS; k++)
+        w->part_az_rad[k] = off_rad + look->half_rad <= w->part_az_rad[k] ? look->half_rad : 0;
+    w->az_rad = look->az_rad;
+    w->half_az_rad = look->half_rad;
 }
 
 bool drift_judge(const struct drift *d, const struct wedges *w, const double drift_m[2], uint32_t i,
@@ -258,7 +282,7 @@ bool drift_judge(const struct drift *d, const struct wedges *w, const double dri
                     .drift_m = drift_m,
                     .middle = &d->look[i],
                     .end = {(uint16_t)i, (uint16_t)i},
-                    .to_m = INFINITY};
+                    .water = beam_water_alike(0, INFINITY)};
     struct drift_worth wider;
     *out = (struct drift_worth){0};
     take_in(&r, r.middle);
@@ -269,5 +293,5 @@ bool drift_judge(const struct drift *d, const struct wedges *w, const double dri
             break;
         add_worth(out, &wider);
     }
-    return out->to_m > out->from_m;
+    return out->water.to_m > out->water.from_m;
 }

@@ -30,10 +30,10 @@ struct drift_look {
 
 /* What a look is worth. */
 struct drift_worth {
-    double from_m, to_m; /* free from the sensor; to <= from: nothing */
-    double drift_m[2];   /* level, in depth: by what it was made smaller */
-    double apart_m;      /* and by this in every direction: sensors of the run are so far apart */
-    double tilt_rad;     /* their beams are tilted against each other so much */
+    struct beam_water water; /* to_m <= from_m: nothing */
+    double drift_m[2];       /* level, in depth: by what it was made smaller */
+    double apart_m;          /* and by this in every direction: sensors of the run are so far apart */
+    double tilt_rad;         /* their beams are tilted against each other so much */
 };
 
 struct drift {
@@ -52,6 +52,9 @@ void drift_init(struct drift *d, void *memory);
  */
 uint32_t drift_gather(struct drift *d, const struct wedges *w, const double drift_m[2], double most_m,
                       double part_rad);
+
+/** drift_narrow - a wedge becomes the part of it that is looked at. */
+void drift_narrow(struct wedge *wedge, const struct drift_look *look);
 
 /** drift_judge - what look i is worth after that drift; false: nothing. Cost: the looks of the widest run around it. */
 bool drift_judge(const struct drift *d, const struct wedges *w, const double drift_m[2], uint32_t i,

@@ -86,9 +86,9 @@ static double weight_of(const struct sphere *s, const struct echo *echo, double 
  * all, as if it had not been sent. */
 enum said { SAID_FREE, SAID_UNKNOWN, SAID_DEAF, SAID_NOTHING };
 
-/* The water that a beam speaks of, by range from the sensor. */
+/* The water that a beam speaks of. */
 struct water {
-    double from_m, to_m;
+    struct beam_water range;
     enum said said;
     bool ends_at_echo;
 };
@@ -167,8 +167,8 @@ static void clear_direction(struct sphere *s, const struct look *l)
     struct direction *dir = &s->direction[l->direction];
     const bool first = !dir->free[0].t_ping_ns;
     struct stretch st;
-    const struct side_look aside = {l->clears, l->ping, l->water.from_m, l->water.to_m, l->direction, l->ring};
-    if (!beam_stretch(l->clears, &s->ring[l->ring], &l->ray, l->water.from_m, l->water.to_m, &st)) {
+    const struct side_look aside = {l->clears, l->ping, &l->water.range, l->direction, l->ring};
+    if (!beam_stretch(l->clears, &s->ring[l->ring], &l->ray, &l->water.range, &st)) {
         if (l->water.said == SAID_FREE)
             sides_see(s, &aside, NULL);
         return;
@@ -335,6 +335,9 @@ static struct openings openings_of(const struct sphere *s, const struct echoes *
                  el_rad = fmax(e->el_aperture_rad + 2 * more_rad, 0);
     struct openings o = {.own = beam_opening(az_rad, el_rad, high_rad, s->conf.level),
                          .widest = beam_opening(reach * az_rad, reach * el_rad, high_rad, s->conf.level)};
+    for (enum beam_part k = 0; k < BEAM_PARTS && more_rad < 0; k++)
+        beam_part_open(&o.own, k, beam_part_share[k] * (double)e->az_aperture_rad / 2 + more_rad,
+                       beam_part_share[k] * (double)e->el_aperture_rad / 2 + more_rad, high_rad);
     o.freed = beam_opening_freed(&o.own, s->widest_rad);
     return o;
 }
@@ -366,13 +369,15 @@ static bool is_deaf_again(struct sphere *s, const struct echoes *e)
 static struct water water_of(const struct sphere *s, const struct beam *b, bool loose)
 {
     const struct beam_echoes *h = b->heard;
-    const double uncertain_m = b->ping->pose.uncertain_m;
-    double from_m = h->blind_m + uncertain_m, to_m = h->free_to_m - uncertain_m;
-    beam_surely_free(b, &from_m, &to_m);
-    if (to_m > from_m && !loose)
-        return (struct water){.from_m = from_m, .to_m = to_m, .said = SAID_FREE, .ends_at_echo = h->n > 0};
+    struct beam_water own = beam_water_alike(h->blind_m, h->free_to_m);
+    if (h->off_axis)
+        own = (struct beam_water){h->blind_m, h->free_to_m, h->side_to_m, h->edge_from_m, h->edge_to_m};
+    own = beam_water_less(&own, b->ping->pose.uncertain_m);
+    own = beam_surely_free(b, &own);
+    if (own.to_m > own.from_m && !loose)
+        return (struct water){.range = own, .said = SAID_FREE, .ends_at_echo = h->n > 0};
     const enum said lost = s->deaf_again || is_own(h) ? SAID_UNKNOWN : SAID_DEAF;
-    return (struct water){.to_m = b->ping->range_max_m,
+    return (struct water){.range = beam_water_alike(0, b->ping->range_max_m),
                           .said = h->free_to_m > h->blind_m && !is_own(h) ? SAID_NOTHING : lost};
 }
 
@@ -385,7 +390,8 @@ static struct sieves sieves_of(const struct sphere *s, const struct beam *b, con
                                const struct beam_opening *freed, const struct water *water, double cells_m)
 {
     const struct beam_echoes *h = b->heard;
-    struct sieves out = {.clears = beam_sieve(b, freed, fmin(fmax(water->from_m, NEAREST_M), water->to_m))};
+    struct sieves out = {.clears =
+                             beam_sieve(b, freed, fmin(fmax(water->range.from_m, NEAREST_M), water->range.to_m))};
     out.hits = out.carves = out.any = out.clears;
     if (h->n) {
         const struct beam_sieve hits = beam_sieve(b, widest, h->echo[0].range_m);
@@ -464,10 +470,11 @@ static bool wedge_of(const struct sphere *s, const struct beam *b, double aside_
     *out = (struct wedge){.az_rad = b->heard->az_rad,
                           .el_rad = b->heard->el_rad,
                           .half_az_rad = (float)fmax(0, half_az),
-                          .from_m = (float)water.from_m,
-                          .to_m = (float)water.to_m,
                           .kind = kinds[water.said],
                           .ends_at_echo = water.ends_at_echo};
+    for (enum beam_part k = 0; k < BEAM_PARTS; k++)
+        out->part_az_rad[k] = (float)fmax(0, beam_part_share[k] * b->opening->half_az - aside_rad);
+    wedges_set_water(out, &water.range);
     return true;
 }
 
@@ -548,17 +555,27 @@ void sensor_enter(struct sphere *s, const struct echoes *e, const double turn[4]
 
 /* Of the wedge that is entered again: its opening, which is that of most wedges before it. */
 struct again {
-    float half_az_rad, el_aperture_rad;
+    float az_rad[1 + BEAM_PARTS]; /* half of it, and of its parts */
+    float el_aperture_rad, less_rad;
     struct beam_opening own, freed;
 };
 
-static void open_again(const struct sphere *s, struct again *a, float half_az_rad, float el_aperture_rad)
+/* Of a wedge whose beams count as so much less high, above and below. */
+static void open_again(const struct sphere *s, struct again *a, const struct wedge *w, float el_aperture_rad,
+                       float less_rad)
 {
-    if (a->half_az_rad == half_az_rad && a->el_aperture_rad == el_aperture_rad)
+    const float az_rad[1 + BEAM_PARTS] = {w->half_az_rad, w->part_az_rad[BEAM_AXIS], w->part_az_rad[BEAM_SIDE]};
+    if (memcmp(a->az_rad, az_rad, sizeof az_rad) == 0 && a->el_aperture_rad == el_aperture_rad &&
+        a->less_rad == less_rad)
         return;
-    a->half_az_rad = half_az_rad;
+    memcpy(a->az_rad, az_rad, sizeof az_rad);
     a->el_aperture_rad = el_aperture_rad;
-    a->own = beam_opening(2 * (double)half_az_rad, el_aperture_rad, s->rings.height_rad, s->conf.level);
+    a->less_rad = less_rad;
+    a->own = beam_opening(2 * (double)w->half_az_rad, fmaxf(0, el_aperture_rad - 2 * less_rad),
+                          s->rings.height_rad, s->conf.level);
+    for (enum beam_part k = 0; k < BEAM_PARTS; k++)
+        beam_part_open(&a->own, k, (double)w->part_az_rad[k],
+                       beam_part_share[k] * (double)el_aperture_rad / 2 - (double)less_rad, s->rings.height_rad);
     a->freed = beam_opening_freed(&a->own, s->widest_rad);
 }
 
@@ -566,7 +583,7 @@ static void open_again(const struct sphere *s, struct again *a, float half_az_ra
 struct seen_again {
     const struct wedge *wedge;
     const struct beam *beam;
-    double from_m, to_m;
+    struct beam_water water;
     struct free_ping by;
 };
 
@@ -593,10 +610,10 @@ static void fill_direction(struct sphere *s, const struct seen_again *seen, cons
     struct direction *dir = &s->direction[v->direction];
     struct refill *refill = &s->refill[v->direction];
     struct stretch st;
-    const struct side_look aside = {seen->beam, seen->by, seen->from_m, seen->to_m, v->direction, v->ring};
+    const struct side_look aside = {seen->beam, seen->by, &seen->water, v->direction, v->ring};
     if (refill->limit_m <= 0)
         return;
-    if (!beam_stretch(seen->beam, &s->ring[v->ring], ray, seen->from_m, seen->to_m, &st)) {
+    if (!beam_stretch(seen->beam, &s->ring[v->ring], ray, &seen->water, &st)) {
         if (w->kind == WEDGE_FREE)
             sides_fill(s, &aside, NULL);
         return;
@@ -653,25 +670,24 @@ static void free_again(struct sphere *s, struct again *a, const struct wedge_pin
 {
     const bool free = w->kind == WEDGE_FREE;
     const float aside_rad = free || w->kind == WEDGE_SPENT ? ping->uncertain_rad : 0;
-    const double margin_m = shrunk->margin_m;
+    const struct beam_water water = wedges_water(w);
     double origin_m[3], middle[3], about[3];
     struct beam b;
     const struct seen_again seen = {.wedge = w,
                                     .beam = &b,
-                                    .from_m = w->from_m + margin_m,
-                                    .to_m = w->to_m - margin_m,
+                                    .water = beam_water_less(&water, shrunk->margin_m),
                                     .by = {ping->t_ns, ping->path_m, ping->sensor}};
-    if (!(seen.to_m > seen.from_m))
+    if (!(seen.water.to_m > seen.water.from_m))
         return;
-    open_again(s, a, w->half_az_rad, fmaxf(0, ping->el_aperture_rad - 2 * (aside_rad + (float)shrunk->tilt_rad)));
+    open_again(s, a, w, ping->el_aperture_rad, aside_rad + (float)shrunk->tilt_rad);
     for (int i = 0; i < 3; i++)
         origin_m[i] = ping->place_m[i] - s->frame.centre_m[i];
     beam_place(&b, w->az_rad, w->el_rad, &a->own, ping->attitude, origin_m);
     if (free)
         beam_blur(&b, (const double[3]){ping->blur_m[0], ping->blur_m[1], ping->blur_m[2]}, ping->uncertain_m);
     b.margin_el_m = drift_across(&b, shrunk);
-    const double sees_m = fmax(fmax(seen.from_m, NEAREST_M), SEEN_LEVERS * b.lever_m);
-    const struct beam_sieve sieve = beam_sieve(&b, &a->freed, fmin(sees_m, seen.to_m));
+    const double sees_m = fmax(fmax(seen.water.from_m, NEAREST_M), SEEN_LEVERS * b.lever_m);
+    const struct beam_sieve sieve = beam_sieve(&b, &a->freed, fmin(sees_m, seen.water.to_m));
     const double radius = beam_sieve_cap(&b, &sieve, middle);
     state_to_grid(s, middle, about);
     struct rings_visit v = rings_visit(&s->rings, about, radius);
@@ -715,13 +731,11 @@ static void free_drifted(struct sphere *s, struct again *a, const struct wedge_p
         struct wedge w = s->wedges.wedge[look->wedge % WEDGES_MAX];
         struct drift_worth worth = {0};
         if (w.kind == WEDGE_FREE && drift_judge(&s->drift, &s->wedges, s->frame.drift_m, *next - 1, &worth)) {
-            w.from_m = (float)worth.from_m;
-            w.to_m = (float)worth.to_m;
+            wedges_set_water(&w, &worth.water);
         } else if (w.kind == WEDGE_FREE) {
             w.kind = WEDGE_SPENT;
         }
-        w.az_rad = look->az_rad;
-        w.half_az_rad = look->half_rad;
+        drift_narrow(&w, look);
         free_again(s, a, ping, &w, &(struct shrunk){0, worth.tilt_rad, worth.apart_m, worth.drift_m});
     }
 }
@@ -735,7 +749,7 @@ static bool has_drifted(const struct sphere *s, const struct wedge_ping *ping)
 void sensor_free_again(struct sphere *s, uint64_t t_ns, double path_m)
 {
     const uint64_t keep_ns = state_keep_ns(s);
-    struct again a = {.half_az_rad = -1};
+    struct again a = {.az_rad = {-1}};
     wedges_forget(&s->wedges, t_ns > keep_ns ? t_ns - keep_ns : 0);
     forget_intervals(s);
     uint32_t next = 0;

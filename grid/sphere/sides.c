@@ -46,14 +46,17 @@ static bool stretch_of(const struct sphere *s, int side, const struct side_look 
     beam_cell_side(cell, s->axis[look->direction], 2 * side - 1, u);
     const struct beam_ray ray = beam_ray(b, u);
     if (!middle)
-        return beam_stretch(b, cell, &ray, look->near_m, look->far_m, out);
-    const bool near = beam_has(b, &flat, &ray, middle->from_m), far = beam_has(b, &flat, &ray, middle->to_m);
+        return beam_stretch(b, cell, &ray, look->water, out);
+    const bool near = beam_has(b, &flat, &ray, middle->look_from_m),
+               far = beam_has(b, &flat, &ray, middle->look_to_m);
     *out = *middle;
-    if (near && far)
+    if (near && far) {
+        beam_stretch_aside(b, &ray, look->water, out);
         return true;
+    }
     if (!near && !far)
         return false;
-    const bool any = beam_stretch(b, cell, &ray, look->near_m, look->far_m, out);
+    const bool any = beam_stretch(b, cell, &ray, look->water, out);
     out->ends_at_echo = middle->ends_at_echo;
     return any;
 }
@@ -83,10 +86,10 @@ static bool ends_it(const struct stretch *st)
 static void end_side(struct sphere *s, int side, const struct side_look *look, const struct stretch *st)
 {
     if (ends_it(st))
-        end_at(&s->direction[look->direction].end[side], look->by.t_ns, st->to_m);
+        end_at(&s->direction[look->direction].end[side], look->by.t_ns, st->look_to_m);
 }
 
-/* Where the beam has that side, in *out, which no echo ends for others; false: nowhere. Middles that the beam has
+/* What of that side the beam frees, in *out, which no echo ends for others; false: nothing. Middles that the beam has
  * not are no concern of its echo. */
 static bool look_aside(struct sphere *s, int side, const struct side_look *look, const struct stretch *middle,
                        struct stretch *out)
@@ -95,7 +98,7 @@ static bool look_aside(struct sphere *s, int side, const struct side_look *look,
         return false;
     end_side(s, side, look, out);
     out->ends_at_echo = false;
-    return true;
+    return out->to_m > out->from_m;
 }
 
 /* The same ping, and where another neighbour had it is as much as this one: most sides of cells lie within a beam. */

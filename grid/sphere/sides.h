@@ -12,11 +12,11 @@
 
 #include "state.h"
 
-/* A beam that heard from near_m to far_m looks at a direction, in this ring. */
+/* A beam that heard so far looks at a direction, in this ring. */
 struct side_look {
     const struct beam *beam;
     struct free_ping by;
-    double near_m, far_m;
+    const struct beam_water *water;
     uint32_t direction, ring;
 };
 

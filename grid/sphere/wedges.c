@@ -29,6 +29,21 @@ static struct wedge_ping *ping_at(const struct wedges *w, uint32_t number)
     return &w->ping[number % WEDGES_PINGS];
 }
 
+void wedges_set_water(struct wedge *wedge, const struct beam_water *water)
+{
+    wedge->from_m = (float)water->from_m;
+    wedge->to_m = (float)water->to_m;
+    wedge->side_to_m = (float)water->side_to_m;
+    wedge->edge_from_m = (float)water->edge_from_m;
+    wedge->edge_to_m = (float)water->edge_to_m;
+}
+
+struct beam_water wedges_water(const struct wedge *w)
+{
+    return (struct beam_water){(double)w->from_m, (double)w->to_m, (double)w->side_to_m, (double)w->edge_from_m,
+                               (double)w->edge_to_m};
+}
+
 void wedges_begin(struct wedges *w, const struct wedge_ping *ping)
 {
     if (w->end - w->first == WEDGES_PINGS)
@@ -106,6 +121,18 @@ void wedges_forget(struct wedges *w, uint64_t t_ns)
         w->first++;
 }
 
+#define TOUCH_RAD 1e-6 /* parts that are no farther apart touch: their bearings are rounded */
+
+/* Half of what a part covers of both, to either side of middle_rad from the middle of a; b is off_rad from there. */
+static float part_of_both(float a_rad, float b_rad, double off_rad, double middle_rad)
+{
+    const double low = fmin(-(double)a_rad, off_rad - (double)b_rad),
+                 high = fmax((double)a_rad, off_rad + (double)b_rad);
+    if (fabs(off_rad) > (double)a_rad + (double)b_rad + TOUCH_RAD)
+        return 0;
+    return (float)fmax(0, fmin(middle_rad - low, high - middle_rad));
+}
+
 bool wedges_join(struct wedge *a, const struct wedge *b, double widest_rad)
 {
     const double off = geo_wrap_pi((double)b->az_rad - (double)a->az_rad), reach = a->half_az_rad + b->half_az_rad;
@@ -115,9 +142,14 @@ bool wedges_join(struct wedge *a, const struct wedge *b, double widest_rad)
                  high = fmax(a->half_az_rad, off + b->half_az_rad);
     if (high - low > widest_rad)
         return false;
+    for (enum beam_part k = 0; k < BEAM_PARTS; k++)
+        a->part_az_rad[k] = part_of_both(a->part_az_rad[k], b->part_az_rad[k], off, (low + high) / 2);
     a->az_rad = (float)((double)a->az_rad + (low + high) / 2);
     a->half_az_rad = (float)((high - low) / 2);
     a->from_m = fmaxf(a->from_m, b->from_m);
+    a->edge_from_m = fmaxf(a->edge_from_m, b->edge_from_m);
+    a->side_to_m = fminf(a->side_to_m, b->side_to_m);
+    a->edge_to_m = fminf(a->edge_to_m, b->edge_to_m);
     if (b->to_m <= a->to_m) {
         a->ends_at_echo = b->ends_at_echo;
         a->to_m = b->to_m;

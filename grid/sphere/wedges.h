@@ -5,7 +5,8 @@
  * intervals of all directions are made anew from the wedges, so that no number of steps adds up to a drift.
  *
  * A ping is one record. Neighbouring beams of a fan are one wedge as long as together they are no wider than a cell:
- * free where all of them are. Of pings that a fan sends from nearly the same place the newest is kept. Room is fixed;
+ * free where all of them are, part by part. Of pings that a fan sends from nearly the same place the newest is kept. Room
+ * is fixed;
  * the oldest ping goes first. Knows no cell and no direction of the grid.
  */
 #ifndef SONARD_WEDGES_H
@@ -14,6 +15,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+
+#include "beam.h"
 
 #define WEDGES_PINGS 2048
 #define WEDGES_MAX   2048
@@ -26,10 +29,12 @@ enum wedge_kind {
 };
 
 struct wedge {
-    float az_rad, el_rad; /* axis in the sensor frame */
-    float half_az_rad;    /* the beam's own, or half of what several of them cover */
-    float from_m, to_m;   /* from the sensor */
-    uint8_t kind;         /* enum wedge_kind */
+    float az_rad, el_rad;          /* axis in the sensor frame */
+    float half_az_rad;             /* the beam's own, or half of what several of them cover */
+    float part_az_rad[BEAM_PARTS]; /* likewise of their parts; 0: these do not touch */
+    float from_m, to_m;            /* as in struct beam_water */
+    float side_to_m, edge_from_m, edge_to_m;
+    uint8_t kind; /* enum wedge_kind */
     bool ends_at_echo;
 };
 
@@ -68,6 +73,10 @@ void wedges_clear(struct wedges *w);
 void wedges_begin(struct wedges *w, const struct wedge_ping *ping);
 void wedges_add(struct wedges *w, const struct wedge *wedge);
 void wedges_end(struct wedges *w, double apart_m);
+
+/** wedges_set_water, wedges_water - how far it is free. */
+void wedges_set_water(struct wedge *wedge, const struct beam_water *water);
+struct beam_water wedges_water(const struct wedge *wedge);
 
 /* Number k of wedge `i` of a ping. */
 static inline const struct wedge *wedges_of(const struct wedges *w, const struct wedge_ping *ping, uint32_t i)

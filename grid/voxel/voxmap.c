@@ -302,7 +302,8 @@ static float cut_elevation(const struct echoes *e)
 }
 
 /* The edge's water is free so much farther aside than half power: to where the two-way pattern has lost 9 dB. What
- * stands there would be heard as far as edge_to_m: free_water_aside. Of a beam that reaches as far as across it nobody
+ * stands there would be heard as far as surface_to_m: free_water_aside. Of a beam that reaches as far as across it
+ * nobody
  * knows what it hears beyond. */
 #define EDGE_WIDER 1.22f
 
@@ -459,8 +460,8 @@ static void enter_water(struct voxmap *m, const struct beam_echoes *heard, const
     look->near_m = (double)heard->blind_m + off_m;
     if (heard->off_axis) {
         const double side_m = lesser(axis_m, (double)heard->side_to_m - uncertain_m);
-        const double edge_m = lesser(axis_m, (double)heard->edge_to_m - uncertain_m);
-        const double edge_from_m = (double)heard->edge_from_m + off_m;
+        const double edge_m = lesser(axis_m, (double)heard->surface_to_m - uncertain_m);
+        const double edge_from_m = (double)heard->surface_from_m + off_m;
         if (edge_m > edge_from_m) {
             any |= enter_stretch(m, VOXMAP_SIDE, look, lesser(edge_from_m, side_m));
             look->near_m = fmax(look->near_m, edge_from_m);

@@ -3,6 +3,8 @@
 
 #include <math.h>
 
+#include "grid/echoes.h"
+
 static uint16_t units(double m)
 {
     return m > 0 ? (uint16_t)fmin(floor(m / WATER_UNIT_M), UINT16_MAX - 3) : 0;
@@ -43,7 +45,8 @@ static void add_column(struct writing *w, const struct column *column, double to
     w->room->tan_az[w->columns] = tan(to_rad);
 }
 
-const double row_share[ROW_ROWS + 1] = {-1, -0.5, -0.25, 0.25, 0.5, 1};
+const double row_share[ROW_ROWS + 1] = {-1, -BEAM_SIDE_SHARE, -BEAM_AXIS_SHARE, BEAM_AXIS_SHARE, BEAM_SIDE_SHARE,
+                                        1};
 
 /* Do two beams leave a gap? */
 static bool is_apart(const struct row_shape *shape, const struct row_beam *a, const struct row_beam *b)

@@ -12,7 +12,7 @@
 #define ROW_TOUCH_RAD 1e-3 /* beams that are no farther apart touch: their bearings are rounded */
 #define ROW_ROWS      5    /* of the image: edge, side, axis, side, edge */
 
-/* Of a beam: so far is the water free on its axis, halfway to its edge and at its edge (struct beam_echoes); <= 0:
+/* Of a beam: so far is the water free on its axis, at its side and at its edge (struct beam_echoes); <= 0:
  * nothing is. */
 struct row_beam {
     double az_rad; /* in the record's frame, within 80 degrees */

@@ -136,7 +136,7 @@ static void enter_water(struct chart *c, const struct dive_look *look, const dou
                         const struct beam_echoes *heard)
 {
     const double axis_m = (double)heard->free_to_m, side_m = (double)heard->side_to_m;
-    const double edge_from_m = (double)heard->edge_from_m, edge_m = (double)heard->edge_to_m;
+    const double edge_from_m = (double)heard->surface_from_m, edge_m = (double)heard->surface_to_m;
     double from_m = (double)heard->blind_m;
 
     if (!heard->off_axis || !(c->set.opening > 0)) {

@@ -226,7 +226,6 @@ static struct dive_ears *ears_of(enum extract_order order, const struct cleanup_
     extract_defaults(&conf);
     conf.ring_down_m = RING_DOWN_M;
     conf.order = order;
-    conf.off_axis = true;
     ears->cleanup_conf = *cleanup;
     ears->open_water = open_water;
     ears->gain_db = gain_db;

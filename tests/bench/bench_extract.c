@@ -3,7 +3,7 @@
  * bench_extract - what the range extraction costs: nanoseconds per range bin and bins per second for each detector
  * and several beam lengths, over 20 m of water with a wall at 12 m. Median of repetitions; the detector alone (cfar)
  * and the whole way from counts to echoes. With arguments DETECTOR BINS it runs the whole way over 64 beams once and
- * prints nothing, for callgrind to count the instructions of extract_run; with a third, `map`, as for a voxel map.
+ * prints nothing, for callgrind to count the instructions of extract_run.
  */
 #include <math.h>
 #include <stdio.h>
@@ -108,7 +108,7 @@ static double measure(struct extract *extract, enum cfar_detector detector, uint
 
 static const char *const name[] = {"ca", "goca", "soca", "os"};
 
-static struct extract *set_up(enum cfar_detector detector, bool map)
+static struct extract *set_up(enum cfar_detector detector)
 {
     struct extract_conf conf;
     struct fault fault = {"too much memory"};
@@ -116,7 +116,6 @@ static struct extract *set_up(enum cfar_detector detector, bool map)
 
     extract_defaults(&conf);
     conf.detector = detector;
-    conf.off_axis = map;
     if (extract_size(MAX_BINS) <= sizeof memory)
         extract = extract_init(memory, &conf, MAX_BINS, &fault);
     if (!extract) {
@@ -126,7 +125,7 @@ static struct extract *set_up(enum cfar_detector detector, bool map)
     return extract;
 }
 
-static int run_once(const char *detector, uint32_t n, bool map)
+static int run_once(const char *detector, uint32_t n)
 {
     int d = CFAR_CA;
 
@@ -136,7 +135,7 @@ static int run_once(const char *detector, uint32_t n, bool map)
         printf("bench_extract: DETECTOR is ca, goca, soca or os, BINS 1 to %d\n", MAX_BINS);
         return 2;
     }
-    struct extract *extract = set_up((enum cfar_detector)d, map);
+    struct extract *extract = set_up((enum cfar_detector)d);
     make_beams(n);
     for (int b = 0; b < BEAMS; b++)
         run_extract(extract, n, b);
@@ -147,14 +146,14 @@ int main(int argc, char **argv)
 {
     static const uint32_t bins[] = {200, 500, 1000, 1500};
 
-    if (argc == 3 || argc == 4)
-        return run_once(argv[1], (uint32_t)strtoul(argv[2], NULL, 10), argc == 4 && strcmp(argv[3], "map") == 0);
+    if (argc == 3)
+        return run_once(argv[1], (uint32_t)strtoul(argv[2], NULL, 10));
     printf("detector   bins   cfar ns/bin   extract ns/bin   extract Mbin/s   us per beam\n");
     for (int d = CFAR_CA; d <= CFAR_OS; d++)
         for (int k = 0; k < 4; k++) {
             make_beams(bins[k]);
             const double alone = measure(NULL, (enum cfar_detector)d, bins[k]);
-            const double whole = measure(set_up((enum cfar_detector)d, false), (enum cfar_detector)d, bins[k]);
+            const double whole = measure(set_up((enum cfar_detector)d), (enum cfar_detector)d, bins[k]);
             printf("%-8s %6u %13.2f %16.2f %16.1f %13.2f\n", name[d], bins[k], alone, whole, 1e3 / whole,
                    whole * bins[k] / 1e3);
         }

@@ -208,7 +208,7 @@ static enum says ping_says(const struct sonar *s, int which, const double at[3])
         !(is_between(s, which, at) && holds(s, which, at, false, &beam, v)))
         return NOTHING;
     const double range = geo_length(v), share = fabs(atan2(-v[2], hypot(v[0], v[1]))) / p->half_el;
-    const double to = share <= 0.25 ? beam->axis_m : share <= 0.5 ? beam->side_m : beam->edge_m;
+    const double to = share <= 0.25 ? beam->axis_m : share <= 0.7 ? beam->side_m : beam->edge_m;
     return range < NEAR_M ? NOTHING : range <= to ? FREE : beam->echo && range > beam->axis_m ? ENDED : NOTHING;
 }
 

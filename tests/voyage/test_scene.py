@@ -74,7 +74,7 @@ def ring_down(bench):
     at = trip.moments()
     begins = set()
     for half_s in range(12, 32):  # the pile has left this direction
-        told = at(half_s / 2).call("explain", azimuth_deg=330, distance_m=7, half_angle_deg=0.5)
+        told = at(half_s / 2).call("explain", azimuth_deg=329, distance_m=7, half_angle_deg=0.5)
         answer, oldest = told["answer"], told["directions"]["oldest"]
         check(answer["state"] == "clear" and answer["age_s"] < sweep_s, "at %g s: %s" % (half_s / 2, answer))
         check(oldest["age_s"] == answer["age_s"], "at %g s: %s rests on %s" % (half_s / 2, answer, oldest))

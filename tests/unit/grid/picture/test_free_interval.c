@@ -24,7 +24,7 @@ static void add(const struct stretch *s, const struct free_ping *ping)
     for (int i = 0; i < POINTS; i++) {
         if (at(i) >= s->from_m && at(i) <= s->to_m)
             freed_ns[i] = ping->t_ns;
-        else if (at(i) > s->to_m && !s->leaves_aside && s->ends_at_echo)
+        else if (at(i) > s->look_to_m && !s->leaves_aside && s->ends_at_echo)
             freed_ns[i] = 0;
     }
 }
@@ -45,9 +45,11 @@ static const struct free_interval *holding(double r)
 
 static struct stretch random_stretch(uint64_t *seed)
 {
-    const double a = 10 * test_uniform(seed), b = 10 * test_uniform(seed);
+    const double a = 10 * test_uniform(seed), b = 10 * test_uniform(seed), share = fmin(1, 2 * test_uniform(seed));
     return (struct stretch){.from_m = a < b ? a : b,
-                            .to_m = a < b ? b : a,
+                            .to_m = share < 0.1 ? 0 : fmin(a, b) + share * fabs(a - b), /* or nothing is free */
+                            .look_from_m = a < b ? a : b,
+                            .look_to_m = a < b ? b : a,
                             .enters_aside = test_uniform(seed) < 0.5,
                             .leaves_aside = test_uniform(seed) < 0.5,
                             .ends_at_echo = test_uniform(seed) < 0.3};
@@ -120,7 +122,8 @@ TEST(neighbours_of_a_revolution_are_one_interval)
     start();
     for (unsigned k = 0; k < 10; k++) {
         const struct free_ping ping = {.t_ns = SECOND + k * SECOND / 10, .path_m = 0.1 * k};
-        const struct stretch s = {.from_m = k, .to_m = k + 1.1, .enters_aside = k > 0, .leaves_aside = true};
+        const struct stretch s = {
+            .from_m = k, .to_m = k + 1.1, .look_to_m = k + 1.1, .enters_aside = k > 0, .leaves_aside = true};
         add(&s, &ping);
     }
     const struct free_interval run = free_longest(list, FREE_INTERVALS);
@@ -174,7 +177,7 @@ TEST(what_is_heard_no_farther_takes_nothing_back_and_an_echo_does)
 {
     const struct free_ping before = {.t_ns = SECOND}, later = {.t_ns = 40 * SECOND};
     const struct stretch far = {.from_m = 0.5, .to_m = 9}, near = {.from_m = 1, .to_m = 4},
-                         echo = {.from_m = 1, .to_m = 3, .ends_at_echo = true};
+                         echo = {.from_m = 1, .to_m = 3, .look_to_m = 3, .ends_at_echo = true};
     start();
     add(&far, &before);
     add(&near, &later);

@@ -717,7 +717,6 @@ TEST(a_weaker_target_does_not_hide_a_wall_next_to_the_head)
 static const struct beam_echoes *hear_level(int from_bin, int end_bin, double level)
 {
     begin();
-    conf.off_axis = true;
     conf.bottom_db = -1;
     set_up();
     know(&(struct scene){.floor = 12, .ring_down_m = 0.3});
@@ -733,9 +732,9 @@ TEST(off_the_axis_water_is_free_as_far_as_less_would_be_heard)
 {
     static const struct {
         int from_bin, end_bin;
-        double level, side_m, edge_m;
-    } row[] = {{500, 600, 20, 10, 10}, {500, 600, 25, 10, 5}, {500, 510, 25, 10, 10},
-               {500, 510, 41, 10, 5},  {500, 600, 41, 10, 5}, {500, 510, 49, 5, 5}};
+        double level, side_m, edge_m, surface_m;
+    } row[] = {{500, 600, 20, 10, 10, 10}, {500, 600, 25, 10, 10, 5}, {500, 510, 25, 10, 10, 10},
+               {500, 510, 41, 10, 5, 5},   {500, 600, 41, 10, 5, 5},  {500, 510, 49, 5, 5, 5}};
 
     for (size_t k = 0; k < sizeof row / sizeof row[0]; k++) {
         hear_level(row[k].from_bin, row[k].end_bin, row[k].level);
@@ -743,12 +742,14 @@ TEST(off_the_axis_water_is_free_as_far_as_less_would_be_heard)
         CHECK(found[0].off_axis);
         CHECK_NEAR(found[0].free_to_m, 10, 0, 1e-5);
         CHECK_NEAR(found[0].side_to_m, row[k].side_m, 0, 0.05);
-        CHECK(found[0].edge_to_m <= (float)row[k].edge_m + 0.05f &&
-              found[0].edge_to_m >= (float)row[k].edge_m - 0.3f);
+        CHECK_NEAR(found[0].edge_to_m, row[k].edge_m, 0, 0.05);
         CHECK(found[0].edge_from_m >= found[0].blind_m && found[0].edge_from_m < 1);
+        CHECK(found[0].surface_to_m <= (float)row[k].surface_m + 0.05f &&
+              found[0].surface_to_m >= (float)row[k].surface_m - 0.3f);
+        CHECK(found[0].surface_from_m >= found[0].blind_m && found[0].surface_from_m < 1);
         if (test_case_failed)
-            printf("(row %zu: side %g, edge %g to %g)\n", k, (double)found[0].side_to_m,
-                   (double)found[0].edge_from_m, (double)found[0].edge_to_m);
+            printf("(row %zu: side %g, edge %g, surface %g to %g)\n", k, (double)found[0].side_to_m,
+                   (double)found[0].edge_to_m, (double)found[0].surface_from_m, (double)found[0].surface_to_m);
     }
 }
 
@@ -756,22 +757,20 @@ TEST(off_the_axis_water_is_free_as_far_as_less_would_be_heard)
 TEST(at_the_edge_nothing_is_free_behind_what_begins_at_the_head)
 {
     hear_level(30, 50, 26);
-    CHECK(found[0].edge_from_m > found[0].blind_m && found[0].edge_from_m < 0.8f);
-    CHECK_NEAR(found[0].edge_to_m, 10, 0, 1e-5);
+    CHECK(found[0].surface_from_m > found[0].blind_m && found[0].surface_from_m < 0.8f);
+    CHECK_NEAR(found[0].surface_to_m, 10, 0, 1e-5);
     hear_level(30, 200, 26);
     CHECK_NEAR(found[0].side_to_m, 10, 0, 1e-5);
-    CHECK(found[0].edge_from_m >= found[0].edge_to_m);
+    CHECK(found[0].surface_from_m >= found[0].surface_to_m);
 }
 
-/* Where it is not asked for, or the sonar gives ranges alone, nothing is known of it. */
-TEST(off_the_axis_is_known_of_profiles_where_it_is_wanted)
+/* Where the sonar gives ranges alone nothing is known of it. */
+TEST(off_the_axis_is_known_of_profiles)
 {
     begin();
     know(&open_water);
-    CHECK(!run()->off_axis);
-    conf.off_axis = true;
+    CHECK(run()->off_axis);
     begin();
-    conf.off_axis = true;
     set_up();
     ping.kind = PING_RANGES;
     axis[0].range_m = 4;
@@ -1276,7 +1275,6 @@ TEST(any_samples_give_sane_echoes)
             conf.window_m = 0.01 + test_uniform(&seed);
             conf.guard_m = 0.3 * test_uniform(&seed);
             conf.ring_down_m = test_uniform(&seed) - 0.5;
-            conf.off_axis = test_random(&seed) % 2;
             set_up();
         }
         ping.n_bins = (uint32_t)(test_random(&seed) % 200);
@@ -1297,9 +1295,11 @@ TEST(any_samples_give_sane_echoes)
         CHECK(b->state <= BEAM_BLIND && b->n <= ECHOES_PER_BEAM && (b->state == BEAM_ECHO) == (b->n > 0));
         CHECK(b->blind_m >= 0.0f && b->blind_m <= end_m && b->free_to_m >= 0.0f && b->free_to_m <= end_m);
         if (b->off_axis) {
-            CHECK(conf.off_axis && b->side_to_m >= 0.0f && b->side_to_m <= b->free_to_m);
+            CHECK(b->side_to_m >= 0.0f && b->side_to_m <= b->free_to_m);
             CHECK(b->edge_from_m >= b->blind_m);
             CHECK(b->edge_to_m <= b->side_to_m || b->edge_to_m <= b->edge_from_m);
+            CHECK(b->surface_from_m >= b->edge_from_m);
+            CHECK(b->surface_to_m <= b->edge_to_m || b->surface_to_m <= b->surface_from_m);
         }
         for (int e = 0; e < b->n; e++) {
             const struct echo *echo = &b->echo[e];
@@ -1397,7 +1397,7 @@ int main(void)
     RUN(a_weaker_target_does_not_hide_a_wall_next_to_the_head);
     RUN(off_the_axis_water_is_free_as_far_as_less_would_be_heard);
     RUN(at_the_edge_nothing_is_free_behind_what_begins_at_the_head);
-    RUN(off_the_axis_is_known_of_profiles_where_it_is_wanted);
+    RUN(off_the_axis_is_known_of_profiles);
     RUN(an_echo_weaker_than_the_target_is_faint);
     RUN(what_is_loud_and_unusual_is_an_echo);
     RUN(a_usual_ripple_is_no_echo_and_an_unusual_one_hides);

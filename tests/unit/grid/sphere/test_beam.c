@@ -135,8 +135,9 @@ TEST(whatever_a_beam_frees_passes_the_sieve_of_what_it_frees)
             geo_direction(az, el, u);
             const struct beam_cell cell = beam_cell_of(rings_width(&rings, ring), rings.height_rad, el);
             const struct beam_ray ray = beam_ray(&b, u);
+            const struct beam_water water = beam_water_alike(near_m, near_m * 20);
             struct stretch st;
-            const bool frees = beam_stretch(&b, &cell, &ray, near_m, near_m * 20, &st);
+            const bool frees = beam_stretch(&b, &cell, &ray, &water, &st);
             freed += frees;
             spared += !beam_sieve_passes(&sieve, &ray);
             CHECK(!frees || beam_sieve_passes(&sieve, &ray));

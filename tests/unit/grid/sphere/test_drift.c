@@ -33,6 +33,9 @@ static void ping(double az_deg, int n, double wide_deg, double to_m, double drif
                                             .half_az_rad = (float)geo_rad(wide_deg / 2),
                                             .from_m = 0.5F,
                                             .to_m = (float)to_m,
+                                            .side_to_m = (float)to_m,
+                                            .edge_from_m = 0.5F,
+                                            .edge_to_m = (float)to_m,
                                             .kind = WEDGE_FREE});
     wedges_end(&wedges, 0);
 }
@@ -54,10 +57,10 @@ TEST(a_fan_is_shorter_at_both_ends_and_narrower)
     begin();
     ping(-40, 41, 2, 10, 0, 0);
     CHECK(judge(0, 1, &w));
-    CHECK_NEAR(w.to_m, 9, 1e-6, 0);
-    CHECK_NEAR(w.from_m, 1.5, 0.06, 0); /* 40 degrees to each side: enough from 1.56 m on */
+    CHECK_NEAR(w.water.to_m, 9, 1e-6, 0);
+    CHECK_NEAR(w.water.from_m, 1.5, 0.06, 0); /* 40 degrees to each side: enough from 1.56 m on */
     CHECK(judge(30, 1, &w));
-    CHECK_NEAR(w.from_m, 1 / sin(geo_rad(10)), 1e-3, 0); /* 10 degrees are left to the edge */
+    CHECK_NEAR(w.water.from_m, 1 / sin(geo_rad(10)), 1e-3, 0); /* 10 degrees are left to the edge */
     CHECK(!judge(40, 1, &w));
     CHECK(!judge(0, 9.6, &w));
 }
@@ -73,11 +76,13 @@ TEST(an_echo_beside_ends_what_is_as_near)
         wedges_add(&wedges, &(struct wedge){.az_rad = (float)geo_rad(2 * i),
                                             .half_az_rad = (float)geo_rad(1),
                                             .to_m = i > 5 ? 2 : 10,
+                                            .side_to_m = i > 5 ? 2 : 10,
+                                            .edge_to_m = i > 5 ? 2 : 10,
                                             .kind = WEDGE_FREE});
     wedges_end(&wedges, 0);
     CHECK(judge(0, 1, &w));
-    CHECK_NEAR(w.to_m, 9, 1e-6, 0);
-    CHECK(w.from_m >= 1 / sin(geo_rad(12))); /* nearer, what is at 2 m beside may be here */
+    CHECK_NEAR(w.water.to_m, 9, 1e-6, 0);
+    CHECK(w.water.from_m >= 1 / sin(geo_rad(12))); /* nearer, what is at 2 m beside may be here */
 }
 
 /* Each beam a little later than the one before. */
@@ -95,8 +100,8 @@ TEST(a_sweep_frees_what_it_has_passed_on_both_sides)
     sweep(-40, 40, 2, 1, 0.01);
     CHECK(judge(0, 0.8, &w));
     /* the run from 12 degrees before: 0.52 m ago */
-    CHECK(w.to_m < 9.61 && w.to_m > 9.5);
-    CHECK(w.from_m > 1.2 && w.from_m < 3);
+    CHECK(w.water.to_m < 9.61 && w.water.to_m > 9.5);
+    CHECK(w.water.from_m > 1.2 && w.water.from_m < 3);
     CHECK(!judge(40, 0.8, &w)); /* behind the newest beam nobody has looked */
 }
 
@@ -112,7 +117,7 @@ TEST(a_gap_ends_a_run)
     for (double az = 4; az <= 40; az++)
         ping(az, 1, 2, 10, 0.4 + 0.01 * az, 0);
     CHECK(judge(-6, 0.8, &torn));
-    CHECK(torn.from_m > whole.from_m + 1);
+    CHECK(torn.water.from_m > whole.water.from_m + 1);
 }
 
 TEST(beams_that_just_touch_let_something_slip_through)
@@ -124,7 +129,7 @@ TEST(beams_that_just_touch_let_something_slip_through)
     begin();
     sweep(-40, 40, 1.25, 1, 0.01);
     CHECK(judge(0, 0.8, &w));
-    CHECK(w.from_m >= 0.01 / sin(geo_rad(0.25)));
+    CHECK(w.water.from_m >= 0.01 / sin(geo_rad(0.25)));
 }
 
 TEST(a_head_that_turns_back_begins_another_run)
@@ -135,7 +140,7 @@ TEST(a_head_that_turns_back_begins_another_run)
     sweep(-1, -40, 2, -1, 0);
     CHECK(!judge(0, 1, &w));
     CHECK(judge(-20, 1, &w));
-    CHECK_NEAR(w.from_m, 1 / sin(geo_rad(20)), 0.1, 0);
+    CHECK_NEAR(w.water.from_m, 1 / sin(geo_rad(20)), 0.1, 0);
 }
 
 TEST(a_wide_beam_frees_its_middle)
@@ -144,8 +149,8 @@ TEST(a_wide_beam_frees_its_middle)
     begin();
     ping(0, 1, 30, 10, 0, 0);
     CHECK(judge(0, 0.5, &w));
-    CHECK_NEAR(w.from_m, 0.5 / sin(geo_rad(14)), 1e-3, 0);
-    CHECK_NEAR(w.to_m, 9.5, 1e-6, 0);
+    CHECK_NEAR(w.water.from_m, 0.5 / sin(geo_rad(14)), 1e-3, 0);
+    CHECK_NEAR(w.water.to_m, 9.5, 1e-6, 0);
 }
 
 TEST(a_sweep_of_wide_beams_frees_as_one_of_narrow_ones)
@@ -154,7 +159,7 @@ TEST(a_sweep_of_wide_beams_frees_as_one_of_narrow_ones)
     begin();
     sweep(-40, 40, 6, 2.5, 0.01);
     CHECK(judge(0, 0.4, &w));
-    CHECK(w.from_m < 2 && w.to_m > 9.7);
+    CHECK(w.water.from_m < 2 && w.water.to_m > 9.7);
 }
 
 TEST(beams_tilted_against_each_other_are_less_high_together)

@@ -87,11 +87,15 @@ static void clear_one(const struct beam *b, uint32_t d)
     const bool frees = h->free_to_m > h->blind_m;
     const struct free_ping by = {e->t_ns, e->pose.path_m, e->sensor};
     const double from_m = frees ? h->blind_m : 0, to_m = frees ? h->free_to_m : e->range_max_m;
+    struct beam_water water = beam_water_alike(from_m, to_m), farther = water;
     struct stretch st, beyond;
-    if (!beam_stretch(b, cell, &ray, from_m, to_m, &st))
+    if (frees && h->off_axis)
+        water = (struct beam_water){from_m, to_m, h->side_to_m, h->edge_from_m, h->edge_to_m};
+    farther.from_m = fmax(from_m, 0.1);
+    if (!beam_stretch(b, cell, &ray, &water, &st))
         return;
     st.ends_at_echo = h->n > 0;
-    free_to_differ[d] |= st.leaves_aside && !beam_stretch(b, cell, &ray, fmax(from_m, 0.1), to_m, &beyond);
+    free_to_differ[d] |= st.leaves_aside && !beam_stretch(b, cell, &ray, &farther, &beyond);
     const bool alone = (!deaf_ns[d] || deaf_ns[d] == e->t_ns) && !is_deaf_again(e);
     const bool forgiven = !frees && claims[d][0].t_ping_ns && alone;
     deaf_ns[d] = frees || is_deaf_again(e) ? 0 : e->t_ns;

@@ -106,6 +106,22 @@ TEST(neighbours_of_a_fan_are_free_where_all_of_them_are)
     CHECK(a.ends_at_echo);
 }
 
+/* Sides that overlap are one, axes that leave a gap are none. */
+TEST(parts_of_neighbours_that_touch_are_joined)
+{
+    struct wedge a = {.half_az_rad = 0.01f, .part_az_rad = {0.0025f, 0.007f}, .side_to_m = 8, .edge_to_m = 7};
+    const struct wedge b = {.az_rad = 0.01f,
+                            .half_az_rad = 0.01f,
+                            .part_az_rad = {0.0025f, 0.007f},
+                            .side_to_m = 6,
+                            .edge_from_m = 0.5f,
+                            .edge_to_m = 3};
+    CHECK(wedges_join(&a, &b, 0.04));
+    CHECK(a.part_az_rad[BEAM_AXIS] == 0);
+    CHECK_NEAR(a.part_az_rad[BEAM_SIDE], 0.012, 1e-6, 0);
+    CHECK(a.side_to_m == 6 && a.edge_from_m == 0.5f && a.edge_to_m == 3);
+}
+
 int main(void)
 {
     RUN(the_oldest_pings_go_when_there_is_no_room);
@@ -113,5 +129,6 @@ int main(void)
     RUN(of_fans_from_one_place_the_newest_is_kept_unless_an_echo_would_go);
     RUN(what_is_forgotten_is_gone);
     RUN(neighbours_of_a_fan_are_free_where_all_of_them_are);
+    RUN(parts_of_neighbours_that_touch_are_joined);
     return test_end();
 }

@@ -177,8 +177,8 @@ static void aim_off_the_axis(struct rig_ping *p)
     rig_aim(p, (const double[3]){0, 0, 0}, 0, 3);
     p->beam.off_axis = true;
     p->beam.side_to_m = 2;
-    p->beam.edge_from_m = 0.8f;
-    p->beam.edge_to_m = 1.5f;
+    p->beam.surface_from_m = 0.8f;
+    p->beam.surface_to_m = 1.5f;
 }
 
 static struct voxmap_setting fine_setting(double opening)
@@ -285,7 +285,7 @@ TEST(off_the_axis_an_uncertain_pose_and_nonsense_free_less)
     CHECK(rig_enter(r, &p, 0));
     CHECK_INT(r->map.stats.beams, 0); /* farther off than a voxel */
     aim_off_the_axis(&p);
-    p.beam.side_to_m = p.beam.edge_from_m = NAN;
+    p.beam.side_to_m = p.beam.surface_from_m = NAN;
     CHECK(rig_enter(r, &p, 0));
     CHECK_INT(looks_at(r, 7, 0.5, 1.2), 0);
     CHECK_INT(looks_at(r, 15, 0.5, 1.2), 0);

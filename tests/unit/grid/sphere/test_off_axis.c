@@ -1,0 +1,262 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * test_off_axis - what a beam frees off its axis: from samples to the spherical grid and to the records of free water.
+ * A target of the reference level is passed over no more often at the half-power edge than on the axis.
+ */
+#include "grid/range/extract.h"
+#include "grid/water/store.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "tests/lib/ask_free.h"
+#include "tests/lib/sphere_rig.h"
+
+static const struct sphere_conf grid_conf = {.angular_step_rad = 0.0349066,
+                                             .layers = {.r_max_m = 12, .dr_m = 0.1, .n_const = 20, .growth = 1.05},
+                                             .max_cells = 4096,
+                                             .forget_s = 160,
+                                             .blocked_above = 0.6,
+                                             .recentre_m = 0.1};
+static const struct store_conf store_conf = {.beams = {1}, .spare = 1};
+static struct store *store;
+
+static void begin_maps(void)
+{
+    static void *memory;
+    rig_sphere(&grid_conf);
+    memory = memory ? memory : malloc(store_bytes(&store_conf));
+    store = store_init(memory, &store_conf);
+}
+
+static void enter_maps(const struct echoes *e)
+{
+    sphere_enter(sphere, e, &mount_identity);
+    store_enter(store, e, &mount_identity);
+    now = (struct answer_now){.now_ns = e->t_ns, .pose_fresh = true, .pose = e->pose};
+}
+
+/* How far the grid has the water free in a direction, and the records. */
+static double free_of_sphere(double el_deg)
+{
+    const struct answer_query q = {.el_rad = geo_rad(el_deg), .distance_m = 9, .half_angle_rad = geo_rad(0.3)};
+    struct answer a;
+    answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
+    return a.free_to_m;
+}
+
+static double free_of_records(double el_deg)
+{
+    static struct water_view view[ASK_RECORDS];
+    const struct store_now at = {.now_ns = now.now_ns, .pose = &now.pose, .clear_for_s = 30, .move_limit_m = 20};
+    struct ask_question q = {.half_rad = geo_rad(0.1), .near_m = 1.5, .to_m = 12};
+    geo_direction(0, geo_rad(el_deg), q.axis);
+    return ask_free(view, store_view(store, &at, view), &q).free_to_m;
+}
+
+/* ---- from samples ---- */
+
+#define BINS     1000
+#define LEARNT   40
+#define TRIALS   300
+#define TARGET_M 0.03
+#define WIDE_RAD 0.15f
+#define REFERENCE                                                                                                 \
+    6.2 /* dB that the target is on average above what it exceeds in all but one of a hundred beams */
+
+static uint16_t samples[BINS];
+static struct ping_beam axis;
+static struct beam_echoes found;
+static struct echoes out = {.max_beams = 1, .beam = &found};
+
+/* A ping of so loud a noise, with something of this power at at_m. Everything is speckle. */
+static void hear(struct extract *e, uint64_t *seed, double noise, double at_m, double power)
+{
+    static uint32_t seq;
+    struct ping ping = {.kind = PING_PROFILE,
+                        .law = AMPLITUDE_LINEAR,
+                        .sample_bytes = 2,
+                        .n_beams = 1,
+                        .n_bins = BINS,
+                        .dr_m = 0.01f,
+                        .pulse_m = 0.01f,
+                        .az_aperture_rad = WIDE_RAD,
+                        .el_aperture_rad = (float)geo_rad(25),
+                        .beam = &axis,
+                        .samples = samples,
+                        .seq = ++seq,
+                        .t_ns = SECOND + seq * (SECOND / 10),
+                        .pose = pose_identity};
+    for (int i = 0; i < BINS; i++) {
+        const double range_m = (i + 0.5) * 0.01;
+        double p = -noise * log(1 - test_uniform(seed));
+        if (range_m < 0.3)
+            p += 0.5 * exp(-range_m / 0.03);
+        if (power > 0 && range_m >= at_m && range_m < at_m + TARGET_M)
+            p -= power * log(1 - test_uniform(seed));
+        samples[i] = (uint16_t)fmin(UINT16_MAX * sqrt(p), UINT16_MAX);
+    }
+    ping.pose.has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH;
+    extract_run(e, &ping, NULL, &out);
+}
+
+/* So often is the target passed over, on the axis or, weaker by the two-way pattern, where that has taken so much. */
+struct passed {
+    int sphere, records, free; /* in how many trials any water was free there at all */
+};
+
+static struct passed pass_over(double noise_db, double down_db, double el_deg)
+{
+    static void *memory;
+    const double noise = pow(10, noise_db / 10);
+    uint64_t seed = 46 + (uint64_t)down_db;
+    struct extract_conf conf;
+    struct extract_reference reference;
+    struct fault fault;
+    struct passed n = {0};
+    extract_defaults(&conf);
+    memory = rig_memory(memory, extract_size(BINS));
+    struct extract *e = extract_init(memory, &conf, BINS, &fault);
+    for (int i = 0; i < LEARNT; i++)
+        hear(e, &seed, noise, 0, 0);
+    CHECK(extract_reference(e, &reference));
+    const double power = pow(10, (reference.level_db + REFERENCE - down_db) / 10);
+    for (int i = 0; i < TRIALS; i++) {
+        const double at_m = 2 + 6 * test_uniform(&seed);
+        begin_maps();
+        hear(e, &seed, noise, 0, 0);
+        hear(e, &seed, noise, at_m, power);
+        enter_maps(&out);
+        n.sphere += free_of_sphere(el_deg) > at_m + TARGET_M;
+        n.records += free_of_records(el_deg) > at_m + TARGET_M;
+        n.free += free_of_sphere(el_deg) > 0.5;
+    }
+    return n;
+}
+
+/* Close to the noise at which nothing is free at all, and in quieter water. */
+TEST(a_target_at_the_edge_of_a_beam_is_not_passed_over)
+{
+    static const struct {
+        double down_db, el_deg;
+    } row[] = {{0, 0}, {3, 7}, {6, 10.5}};
+    for (int noise_db = -44; noise_db <= -40; noise_db += 4)
+        for (size_t k = 0; k < sizeof row / sizeof row[0]; k++) {
+            const struct passed n = pass_over(noise_db, row[k].down_db, row[k].el_deg);
+            CHECK(n.sphere <= TRIALS / 100);
+            CHECK(n.records <= TRIALS / 100);
+            CHECK(n.free >= TRIALS / 2);
+            if (test_case_failed)
+                printf("(noise %d dB, %g dB down: passed over in %d of %d by the sphere, %d by records; free in "
+                       "%d)\n",
+                       noise_db, row[k].down_db, n.sphere, TRIALS, n.records, n.free);
+        }
+}
+
+/* ---- ready beams ---- */
+
+static struct beam_echoes beam;
+static struct echoes ping;
+
+static void send(double az_deg, double place_m)
+{
+    beam.az_rad = (float)geo_rad(az_deg);
+    ping.t_ns += SECOND / 20;
+    ping.seq++;
+    ping.pose.position_m[0] = place_m;
+    ping.pose.path_m = place_m;
+    enter_maps(&ping);
+}
+
+/* Free to 10 m on its axis, to 6 m where it detects half as much, to 3 m at its edge. */
+static void begin_nested(double wide_deg)
+{
+    begin_maps();
+    beam = (struct beam_echoes){.blind_m = 0.5f,
+                                .free_to_m = 10,
+                                .off_axis = true,
+                                .side_to_m = 6,
+                                .edge_from_m = 0.5f,
+                                .edge_to_m = 3,
+                                .state = BEAM_SILENT};
+    ping = (struct echoes){.t_ns = SECOND,
+                           .n_beams = 1,
+                           .range_max_m = 12,
+                           .az_aperture_rad = (float)geo_rad(wide_deg),
+                           .el_aperture_rad = (float)geo_rad(25),
+                           .pose = pose_identity,
+                           .beam = &beam};
+    ping.pose.has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH;
+}
+
+static double ask_at(double az_deg, double el_deg)
+{
+    const struct answer_query q = {
+        .az_rad = geo_rad(az_deg), .el_rad = geo_rad(el_deg), .distance_m = 9, .half_angle_rad = geo_rad(0.3)};
+    struct answer a;
+    answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
+    return a.state == ANSWER_CLEAR ? 9 : a.free_to_m;
+}
+
+/* Whether beams are entered one by one or made anew from the wedges, when the centre has moved. */
+TEST(off_its_axis_a_beam_frees_no_more_than_it_detects_there)
+{
+    for (int moved = 0; moved < 2; moved++) {
+        begin_nested(2);
+        for (int i = 0; i < 400; i++)
+            send(i * 0.9, 0);
+        if (moved) {
+            now.pose.t_ns = ping.t_ns;
+            now.pose.position_m[0] = 0.11;
+            sphere_follow(sphere, &now.pose);
+        }
+        for (int az = 1; az < 360; az += 20) {
+            const double level_m = ask_at(az, 0), side_m = ask_at(az, 5), edge_m = ask_at(az, 9);
+            CHECK(level_m >= 5.7);
+            CHECK(side_m > 5.7 && side_m < 6.2);
+            CHECK(edge_m > 2.7 && edge_m < 3.2);
+            CHECK(ask_at(az, -9) > 2.7 && ask_at(az, -9) < 3.2);
+            if (test_case_failed) {
+                printf("(moved %d, %d: %g %g %g)\n", moved, az, level_m, side_m, edge_m);
+                return;
+            }
+        }
+    }
+}
+
+/* To its left and right as above and below. */
+TEST(beside_its_axis_a_beam_frees_no_more_than_it_detects_there)
+{
+    begin_nested(30);
+    send(0, 0);
+    CHECK(ask_at(1, 0) >= 9);
+    CHECK(ask_at(7, 0) < 6.2 && ask_at(7, 0) > 5.8);
+    CHECK(ask_at(13, 0) < 3.2 && ask_at(13, 0) > 2.8);
+}
+
+/* An echo ends what older beams freed in all of the opening, however little of it the beam frees itself. */
+TEST(an_echo_ends_older_water_at_the_edge_too)
+{
+    begin_nested(30);
+    beam.off_axis = false;
+    send(0, 0);
+    CHECK(ask_at(13, 0) >= 9);
+    beam.off_axis = true;
+    beam.edge_to_m = 0;
+    beam.free_to_m = 5;
+    beam.n = 1;
+    beam.state = BEAM_ECHO;
+    beam.echo[0] = (struct echo){.range_m = 5.05f, .near_m = 5, .sd_m = 0.01f, .confidence = 0.9f};
+    send(0, 0);
+    CHECK(ask_at(13, 0) < 5.1 && ask_at(13, 0) > 4.8);
+}
+
+int main(void)
+{
+    RUN(a_target_at_the_edge_of_a_beam_is_not_passed_over);
+    RUN(off_its_axis_a_beam_frees_no_more_than_it_detects_there);
+    RUN(beside_its_axis_a_beam_frees_no_more_than_it_detects_there);
+    RUN(an_echo_ends_older_water_at_the_edge_too);
+    return test_end();
+}
