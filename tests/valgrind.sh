@@ -30,7 +30,7 @@ done
 
 # METHOD MILLIONS: an answer about all directions is of one picture, so it has one part. Of 41253 directions of
 # 1 degree, all told, at the greatest parameters.
-longer='nearest 11 sectors 20'
+longer='blocked 12 explain 11 nearest 12 sectors 20'
 if valgrind -q --tool=callgrind --instr-atstart=no --callgrind-out-file="$tmp/turn" "$build/tests/test_rig_turns" \
     >"$tmp/out" 2>&1; then
     awk -v longer="$longer" '
