@@ -27,17 +27,18 @@ function showSpeed() {
   e.className = !l ? "unknown" : l.limited_by === "nothing" ? "clear" : l.limited_by;
   fill(e, make("b", l ? l.speed_mps.toFixed(2) : "–"), l && l.limited_by === "nothing" ? " m/s or more ahead" : " m/s ahead");
   fill($("limit-why"), !l ? (answer && answer.error ? answer.error.message : "Not known: no answer comes.")
-    : l.limited_by === "nothing" ? `Free water ahead: ${words.metres(l.free_m)}.` : words.sentence(l.reason) + (l.remedy ? ` To go faster: ${words.sentence(l.remedy)}` : ""));
+    : l.limited_by === "nothing" ? `Free water ahead: ${words.metres(l.free_m)}.` : words.sentence(l.reason));
   if (sound.on) heed(l ? l.speed_mps : null);
 }
 
 function showFacts() {
+  const limit = said("limit"), remedy = limit && limit.result && limit.result.remedy;
   const near = said("nearest"), n = near && near.result, hit = said("time_to_collision"), t = hit && hit.result;
   fill($("facts"), pairs([
     ["nearest obstacle", !n ? "not known" : n.state === "blocked" ? `${words.metres(n.range_m)} at ${words.direction(n.azimuth_deg)}` : n.state === "clear" ? "none" : "none is known"],
     ["of the water nearer", !n ? "–" : `${Math.round(100 * n.unknown_share)} % unknown`],
     ["time to collision", !t ? (hit && hit.error ? "no velocity is known" : "not known") : t.state === "blocked" ? words.seconds(t.time_s) : t.state === "clear" ? `none within ${words.seconds(t.ahead_s)}` : `unknown after ${words.seconds(t.unknown_after_s)}`],
-  ]));
+  ]), make("p", remedy ? `To go faster: ${remedy}.` : "", "muted"));
 }
 
 export function showPilot() {
