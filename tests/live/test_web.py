@@ -3,6 +3,7 @@
 """sonard-web: what it answers over HTTP and shows to pages is what the socket says; hostile browsers get nothing; slow
 ones cost nobody anything; a daemon that is lost comes back."""
 import base64
+import glob
 import json
 import math
 import os
@@ -823,6 +824,22 @@ def keep_telling(bench, place, stop):
     client.close()
 
 
+def page_names(bench):
+    """A module of the page that declares a name twice, or imports one that is not there, stops the whole page."""
+    declared = {}
+    for path in glob.glob("web/page/*.js"):
+        with open(path, encoding="utf-8") as f:
+            text = f.read()
+        names = re.findall(r"^(?:export )?(?:async )?(?:const|let|function|class) +([A-Za-z_$][\w$]*)", text, re.MULTILINE)
+        imports = re.findall(r"^import \{ ([^}]*) \} from \"./([^\"]*)\"", text, re.MULTILINE)
+        names += re.findall(r"^import \* as (\w+)", text, re.MULTILINE) + [name for some, _ in imports for name in some.split(", ")]
+        check(len(names) == len(set(names)), "%s declares twice: %s" % (path, {name for name in names if names.count(name) > 1}))
+        declared[os.path.basename(path)] = set(re.findall(r"^export (?:async )?(?:const|let|function|class) +([\w$]+)", text, re.MULTILINE)), imports
+    for path, (_, imports) in declared.items():
+        for some, where in imports:
+            check(set(some.split(", ")) <= declared[where][0], "%s imports from %s what is not there: %s" % (path, where, some))
+
+
 def command_line(bench):
     from webclient import SONARD_WEB
     for arguments, why in ((["--listen", "x"], "ADDRESS:PORT"), (["--listen", "127.0.0.1:0"], "ADDRESS:PORT"),
@@ -836,5 +853,5 @@ def command_line(bench):
 
 
 run([("web_" + f.__name__, f) for f in (answers, only_questions, settings, settings_guessed, settings_in_a_flood, settings_lost, replays, settings_of_strangers, who_may_ask, no_paths, hostile, metrics, openapi, live, slow, crowd, foxglove, foxglove_by_hand,
-                                        recovers, silent_daemon, command_line)],
-    gate=("web_only_questions", "web_settings", "web_settings_lost", "web_settings_of_strangers", "web_foxglove_by_hand", "web_recovers", "web_who_may_ask", "web_no_paths", "web_openapi", "web_command_line"))
+                                        recovers, silent_daemon, page_names, command_line)],
+    gate=("web_only_questions", "web_settings", "web_settings_lost", "web_settings_of_strangers", "web_foxglove_by_hand", "web_recovers", "web_who_may_ask", "web_no_paths", "web_openapi", "web_page_names", "web_command_line"))

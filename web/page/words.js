@@ -11,6 +11,7 @@ export function clock(v) {
 }
 export const timeOfDay = (unix) => new Date(unix * 1000).toISOString().slice(11, 19) + " UTC";
 export const degrees = (v) => `${Math.round(v) % 360}°`;
+// "No position: ... ." of "no position: ...": what the daemon says, as a sentence by itself.
 export const sentence = (text) => text.charAt(0).toUpperCase() + text.slice(1) + (/[.!?]$/.test(text) ? "" : ".");
 export const bytes = (n) => (n === null || n === undefined ? "" : n < 1e6 ? Math.round(n / 1024) + " KiB" : (n / 1048576).toFixed(1) + " MiB");
 export const microseconds = (v) => (v < 1000 ? Math.round(v) + " µs" : (v / 1000).toFixed(1) + " ms");
@@ -126,9 +127,6 @@ export function echoes(rows, azimuth, half) {
   if (!told.length) return [];
   return [`Echoes of the newest beams there: ${told.join(", ")}${found.length > told.length ? `, and ${found.length - told.length} more` : ""}.`];
 }
-
-// "No position: ... ." of "no position: ...": what the daemon says, as a sentence by itself.
-const sentence = (text) => text.charAt(0).toUpperCase() + text.slice(1) + ".";
 
 // Does another warning name the cause of what `data` says?
 function isNamed(status) {
