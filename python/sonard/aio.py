@@ -12,9 +12,9 @@ from __future__ import annotations
 import asyncio
 import json
 import os
-from typing import Any, AsyncIterator, Dict, Optional
+from typing import Any, AsyncIterator, Dict, Optional, Tuple
 
-from . import DEFAULT_SOCKET, _KEPT_MAX, _LINE_MAX
+from . import DEFAULT_SOCKET, _KEPT_MAX, _LINE_MAX, _RETRY_S
 from ._answers import TYPES, Error, Lost, NoDaemon, NoPermission, Refused, Silent, given
 from ._methods import AsyncMethods
 
@@ -25,7 +25,7 @@ async def connect(path: Optional[str] = None, timeout_s: float = 5.0) -> Client:
     """To the socket at path, else $SONARD_SOCKET, else DEFAULT_SOCKET; timeout_s holds for every call."""
     path = path or os.environ.get("SONARD_SOCKET") or DEFAULT_SOCKET
     try:
-        reader, writer = await asyncio.wait_for(asyncio.open_unix_connection(path, limit=_LINE_MAX), timeout_s)
+        reader, writer = await asyncio.wait_for(_open(path), timeout_s)
     except PermissionError:
         raise NoPermission("no permission to use %s: is this user in the socket's group?" % path) from None
     except asyncio.TimeoutError:
@@ -33,6 +33,18 @@ async def connect(path: Optional[str] = None, timeout_s: float = 5.0) -> Client:
     except OSError as fault:
         raise NoDaemon("no daemon answers on %s (%s): is sonard running, with this socket?" % (path, fault)) from None
     return Client(path, timeout_s, reader, writer)
+
+
+async def _open(path: str) -> Tuple[asyncio.StreamReader, asyncio.StreamWriter]:
+    """asyncio takes a socket whose queue of new clients is full for a connected one: only one with a peer is."""
+    while True:
+        reader, writer = await asyncio.open_unix_connection(path, limit=_LINE_MAX)
+        try:
+            writer.get_extra_info("socket").getpeername()
+            return reader, writer
+        except OSError:
+            writer.close()
+            await asyncio.sleep(_RETRY_S)
 
 
 class Client(AsyncMethods):
@@ -62,7 +74,7 @@ class Client(AsyncMethods):
     async def call(self, method: str, /, **params: Any) -> Any:
         """The result of any method of the daemon. Raises Refused, Silent or Lost."""
         if self._lost:
-            raise self._lost
+            raise self._lost.with_traceback(None)  # else each raise adds to the one before
         self._last_id += 1
         number = self._last_id
         self._asked[number] = asyncio.get_running_loop().create_future()
@@ -103,7 +115,7 @@ class Client(AsyncMethods):
                 self._take(json.loads(line))
         except Error as fault:
             self._fail(fault)
-        except (OSError, ValueError, AttributeError, TypeError) as fault:
+        except (OSError, ValueError, LookupError, AttributeError, TypeError, RecursionError) as fault:
             self._fail(Lost("the program listening on %s does not speak JSON-RPC: %s" % (self.socket_path, fault)))
 
     def _take(self, message: Dict[str, Any]) -> None:

@@ -348,6 +348,46 @@ def python_errors(bench):
             os.unlink(bench.socket_path)
 
 
-run([("library_" + f.__name__, f) for f in (shows, alone, generated, example_lines, example_c, example_python, wheel, python_answers, python_watches, python_asyncio,
+def python_asyncio_errors(bench):
+    """Nonsense ends the connection for all who wait, at once: nothing but silence is waited for."""
+    sonard = module()
+    from sonard import aio
+
+    async def ask(said):
+        async def serve(reader, writer):
+            await reader.readline()
+            writer.write(said)
+            writer.close()
+        server = await asyncio.start_unix_server(serve, bench.socket_path)
+        async with await aio.connect(bench.socket_path, 60 * PATIENCE) as s:
+            for _ in range(2):
+                try:
+                    await s.blocked(0, distance_m=1)
+                    raise Failed("%s is an answer" % said)
+                except sonard.Lost:
+                    pass
+        server.close()
+        os.unlink(bench.socket_path)
+
+    full = socket.socket(socket.AF_UNIX)  # takes one client into its queue and no more
+    full.bind(bench.socket_path)
+    full.listen(0)
+
+    async def queue():
+        async with await aio.connect(bench.socket_path, 0.2):
+            try:
+                await aio.connect(bench.socket_path, 0.2)
+                raise Failed("connected to a daemon that takes nobody")
+            except sonard.Silent:
+                pass
+
+    asyncio.run(queue())
+    full.close()
+    os.unlink(bench.socket_path)
+    for said in (b"SSH-2.0\n", b"[]\n", b"{}\n", b'{"method":"watch","params":{}}\n', b'{"params":{"watch":[]}}\n', b"[" * 100000 + b"\n"):
+        asyncio.run(ask(said))
+
+
+run([("library_" + f.__name__, f) for f in (shows, alone, generated, example_lines, example_c, example_python, wheel, python_answers, python_watches, python_asyncio, python_asyncio_errors,
                                              python_errors)],
     gate=("library_shows", "library_alone", "library_generated"))
