@@ -287,7 +287,7 @@ static void ask_current(struct setup *s)
         !s->current_answered &&
         ask_person(s,
                    "Without a DVL: in which water does it dive, pool (0.05), harbour (0.3) or tidal (1), or how "
-                   "fast does it go at most, in m/s?",
+                   "fast does the water go at most, in m/s?",
                    "it has a DVL", answer, sizeof answer)) {
         s->current_mps = strtod(answer, &end);
         s->current_answered = end != answer && *end == '\0' && s->current_mps >= 0 && s->current_mps <= 5;
