@@ -63,12 +63,29 @@ static void spread_shown(struct promise *p, double az_rad, double range_m, doubl
 #define LOOKED_TURNS 2.2 /* in so many turns a head that goes to and fro has been everywhere again ... */
 #define LOOKED_S     1.0 /* ... and in so long a sonar that does not turn, whatever pings it loses */
 
-/* For so long nobody may have looked where an echo came from, nor where that has gone since. */
-static double unlooked_s(const struct picture_frame *frame)
+/* How long ago the heads last heard at that bearing of theirs which they have left out the longest: one that only sweeps
+ * about the vehicle's way has its turns, and looks at nothing else. */
+static double left_out_s(const struct promise *p)
 {
-    if (frame->looks.first_turns && frame->turn_s <= 0)
+    const struct bearings_looks *looks = &p->frame->looks;
+    uint16_t most_ds = 0;
+    for (int i = 0; i < BEARINGS; i++) {
+        uint16_t ds = BEARINGS_NEVER;
+        for (int k = 0; k < BEARINGS_SENSORS; k++)
+            if (looks->heard_ds[k][i] < ds)
+                ds = looks->heard_ds[k][i];
+        if ((looks->bearings >> i & 1) && ds > most_ds)
+            most_ds = ds;
+    }
+    return most_ds < BEARINGS_NEVER ? 0.1 * most_ds + sight_seconds(p->now->now_ns, looks->t_ns) : INFINITY;
+}
+
+/* For so long nobody may have looked where an echo came from, nor where that has gone since. */
+static double unlooked_s(const struct promise *p)
+{
+    if (p->frame->looks.first_turns && p->frame->turn_s <= 0)
         return INFINITY;
-    return fmax(LOOKED_TURNS * frame->turn_s, LOOKED_S);
+    return fmax(fmax(LOOKED_TURNS * p->frame->turn_s, LOOKED_S), left_out_s(p));
 }
 
 static void add_shown(struct promise *p, uint32_t direction, double last_s)
@@ -93,7 +110,7 @@ static void add_shown(struct promise *p, uint32_t direction, double last_s)
 static void find_shown(struct promise *p)
 {
     const double level = sin(p->picture->rings->height_rad);
-    const double last_s = unlooked_s(p->frame);
+    const double last_s = unlooked_s(p);
     double az_rad;
     for (uint32_t k = 0; k < p->picture->n; k += 64)
         for (uint64_t left = picture_block(p->picture, k / 64).obstacle; left; left &= left - 1) {

@@ -174,10 +174,12 @@ TEST(what_was_shown_beside_may_have_come_ahead)
         double az_deg, age_s, turn_s;
         uint64_t bearings;
         double known_m;
-    } row[] = {
-        {40, 4, 4, UINT64_MAX, 1.22}, {-40, 4, 4, UINT64_MAX, 1.22},       {40, 1, 4, UINT64_MAX, 2.5},
-        {90, 4, 4, UINT64_MAX, 2.5},  {90, 8, 4, UINT64_MAX, 0},           {150, 8, 4, UINT64_MAX, 0},
-        {90, 8, 3, UINT64_MAX, 2.5},  {90, 8, 4, 0xff000000000000ff, 2.5}, {40, 4, 0, 0xff000000000000ff, 2.5}};
+        double swept_deg; /* a head that went round before has looked no farther than this to each side for 12 s */
+    } row[] = {{40, 4, 4, UINT64_MAX, 1.22, 0},        {-40, 4, 4, UINT64_MAX, 1.22, 0},
+               {40, 1, 4, UINT64_MAX, 2.5, 0},         {90, 4, 4, UINT64_MAX, 2.5, 0},
+               {90, 8, 4, UINT64_MAX, 0, 0},           {150, 8, 4, UINT64_MAX, 0, 0},
+               {90, 8, 3, UINT64_MAX, 2.5, 0},         {90, 8, 3, UINT64_MAX, 0, 60},
+               {90, 8, 4, 0xff000000000000ff, 2.5, 0}, {40, 4, 0, 0xff000000000000ff, 2.5, 0}};
     for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         struct picture_frame frame;
         start();
@@ -185,6 +187,11 @@ TEST(what_was_shown_beside_may_have_come_ahead)
         looks_at(row[i].bearings, 0, false);
         picture_get_frame(&picture, &frame);
         frame.turn_s = row[i].turn_s;
+        for (int k = 0; k < BEARINGS && row[i].swept_deg > 0; k++)
+            if (fabs(geo_wrap_pi((k + 0.5) * GEO_TURN / BEARINGS)) > geo_rad(row[i].swept_deg))
+                frame.looks.heard_ds[0][k] = 120;
+        for (int k = 1; k < BEARINGS_SENSORS; k++)
+            memset(frame.looks.heard_ds[k], 0xff, sizeof frame.looks.heard_ds[k]);
         now.pose.drift_mps = 0.5;
         set(at(row[i].az_deg, 1), 0.3, 20, 3, row[i].age_s);
         picture_begin(&picture);
