@@ -277,7 +277,7 @@ static void ask_current(struct setup *s)
     static const struct {
         const char *water;
         double mps;
-    } waters[] = {{"pool", 0.05}, {"harbour", 0.3}, {"tidal", 1}};
+    } waters[] = {{"pool", 0.05}, {"harbour", 0.3}, {"tidal", 1.5}};
     const json_t *option = given(s, "current_mps");
     char answer[LINE_MAX_], *end;
 
@@ -286,7 +286,7 @@ static void ask_current(struct setup *s)
     while (
         !s->current_answered &&
         ask_person(s,
-                   "Without a DVL: in which water does it dive, pool (0.05), harbour (0.3) or tidal (1), or how "
+                   "Without a DVL: in which water does it dive, pool (0.05), harbour (0.3) or tidal (1.5), or how "
                    "fast does the water go at most, in m/s?",
                    "it has a DVL", answer, sizeof answer)) {
         s->current_mps = strtod(answer, &end);

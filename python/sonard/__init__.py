@@ -26,7 +26,7 @@ from typing import Any, Deque, Dict, Iterator, Optional
 
 from . import results
 from ._answers import (TYPES, Blocked, Collision, Error, Limit, Lost, NoDaemon, NoPermission, Refused, Sector, Silent,
-                       given)
+                       given, refused)
 from ._methods import Methods
 
 __all__ = ["connect", "Client", "Watch", "Blocked", "Sector", "Limit", "Collision", "Error", "NoDaemon", "NoPermission",
@@ -111,8 +111,7 @@ class Client(Methods):
                 self._keep(message)
             elif message["id"] in (self._last_id, None):  # None: this client is refused as such
                 if "error" in message:
-                    error = message["error"]
-                    raise Refused(method, error.get("code", 0), error.get("message", "an error without a message"))
+                    raise refused(method, message["error"])
                 if "result" not in message:
                     raise Lost("%s: a reply without a result" % method)
                 return message["result"]

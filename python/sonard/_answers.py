@@ -118,6 +118,13 @@ TYPES: Dict[str, Callable[[Any], Any]] = {
 }
 
 
+def refused(method: str, error: Any) -> Refused:
+    """What a reply says of a request that was refused."""
+    if not isinstance(error, dict):
+        raise Lost("%s: a reply whose error is none" % method)
+    return Refused(method, error.get("code", 0), error.get("message", "an error without a message"))
+
+
 def given(params: Dict[str, Any]) -> Dict[str, Any]:
     """Without what is None: that is left to the daemon."""
     return {name: list(value) if isinstance(value, tuple) else value for name, value in params.items() if value is not None}

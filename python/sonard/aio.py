@@ -15,7 +15,7 @@ import os
 from typing import Any, AsyncIterator, Dict, Optional, Tuple
 
 from . import DEFAULT_SOCKET, _KEPT_MAX, _LINE_MAX, _RETRY_S
-from ._answers import TYPES, Error, Lost, NoDaemon, NoPermission, Refused, Silent, given
+from ._answers import TYPES, Error, Lost, NoDaemon, NoPermission, Refused, Silent, given, refused
 from ._methods import AsyncMethods
 
 __all__ = ["connect", "Client", "Watch"]
@@ -87,7 +87,7 @@ class Client(AsyncMethods):
         finally:
             del self._asked[number]
         if "error" in reply:
-            raise Refused(method, reply["error"].get("code", 0), reply["error"].get("message", "an error without a message"))
+            raise refused(method, reply["error"])
         if "result" not in reply:
             raise Lost("%s: a reply without a result" % method)
         return reply["result"]

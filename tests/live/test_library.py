@@ -332,7 +332,7 @@ def python_errors(bench):
     check("/dev/null is not a socket" == str(refuses(sonard.NoDaemon, lambda: sonard.connect("/dev/null", 0.2))), "a device")
     for said, kind in ((b"", sonard.Silent), (b"SSH-2.0\n", sonard.Lost), (b"[]\n", sonard.Lost), (b'{"id":1}\n', sonard.Lost),
                        (b'{"id":1,"result"', sonard.Silent), (b'{"id":null,"error":{"code":-32000,"message":"full"}}\n', sonard.Refused),
-                       (b'{"id":7,"result":1}\n', sonard.Silent), (b'{"id":1,"result":{"state":"clear"}}\n', sonard.Lost)):
+                       (b'{"id":7,"result":1}\n', sonard.Silent), (b'{"id":1,"error":7}\n', sonard.Lost), (b'{"id":1,"result":{"state":"clear"}}\n', sonard.Lost)):
         peer = subprocess.Popen([sys.executable, "-c", "import socket,sys,time\nl=socket.socket(socket.AF_UNIX);l.bind(sys.argv[1]);"
                                  "l.listen(1)\nprint(flush=True)\nc,_=l.accept();c.recv(9999);c.sendall(eval(sys.argv[2]))\n"
                                  "while c.recv(9999): pass", bench.socket_path, repr(said)], stdout=subprocess.PIPE)
