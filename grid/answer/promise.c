@@ -2,6 +2,7 @@
 #include "promise.h"
 
 #include <math.h>
+#include <string.h>
 
 /* The sensors that are offline, and those that have been silent for so long that nothing they cleared is clear. */
 static uint64_t silent(const struct bearings_looks *looks, const struct answer_conf *conf,
@@ -21,19 +22,42 @@ static uint64_t silent(const struct bearings_looks *looks, const struct answer_c
  */
 #define EDGE_CELLS 1.5
 
-/* Is it a level direction in which a sonar looks, whatever the body's tilt? What is there the sonar will show. */
-static bool is_looked_at(const struct promise *p, uint32_t direction, double slack, double *az_rad)
+/* How far the direction lies in what sonars cover that do not turn, beyond its edge. */
+static double still_rad(struct promise *p, uint32_t direction, double near_m)
+{
+    const struct rings *rings = p->picture->rings;
+    const uint32_t ring = rings_ring(rings, direction);
+    const double *v = p->picture->axis[direction];
+    if (p->ring != ring)
+        bearings_row(&p->frame->looks, &p->view, asin(fmax(-1, fmin(1, -v[2]))), near_m, p->still);
+    p->ring = ring;
+    return bearings_inside(p->still, atan2(v[1], v[0]), EDGE_CELLS * rings->step_rad);
+}
+
+/* How a sonar looks in a direction. What is there it will show. */
+struct looked {
+    double az_rad;    /* the direction's azimuth in the body */
+    double still_rad; /* how far it lies in the beam of one that does not turn, beyond its edge; 0: it does not */
+    bool by_head;
+};
+
+static struct looked look_of(struct promise *p, uint32_t direction, double near_m)
 {
     const struct bearings_looks *looks = &p->frame->looks;
-    const double *v = p->picture->axis[direction], step_rad = p->picture->rings->step_rad;
+    const double *v = p->picture->axis[direction];
     double u[3] = {v[0], v[1], v[2]};
-    if (fabs(v[2]) > slack)
-        return false;
     sight_from_grid(p->frame, p->now, false, u);
-    *az_rad = atan2(u[1], u[0]);
-    return fabs(u[2]) <= sin(looks->level_rad - step_rad) &&
-           (bearings_have(looks->bearings, *az_rad, 0) ||
-            bearings_still(looks, *az_rad, EDGE_CELLS * step_rad) > 0);
+    const double az_rad = atan2(u[1], u[0]);
+    return (struct looked){.az_rad = az_rad,
+                           .still_rad = still_rad(p, direction, near_m),
+                           .by_head = fabs(u[2]) <= sin(looks->level_rad - p->picture->rings->step_rad) &&
+                                      bearings_have(looks->bearings, az_rad, 0)};
+}
+
+/* Is it a level direction, whatever the body's tilt? Only these have to be looked at. */
+static bool is_level(const struct promise *p, uint32_t direction, double slack)
+{
+    return fabs(p->picture->axis[direction][2]) <= slack;
 }
 
 #define PART_RAD (GEO_TURN / PROMISE_PARTS)
@@ -62,6 +86,7 @@ static void spread_shown(struct promise *p, double az_rad, double range_m, doubl
 
 #define LOOKED_TURNS 2.2 /* in so many turns a head that goes to and fro has been everywhere again ... */
 #define LOOKED_S     1.0 /* ... and in so long a sonar that does not turn, whatever pings it loses */
+#define SHOWN_FAR_M  100 /* what was shown was so at its beam's own angle: a mount off the middle does not count */
 
 /* How long ago the heads last heard at that bearing of theirs which they have left out the longest: one that only sweeps
  * about the vehicle's way has its turns, and looks at nothing else. */
@@ -111,25 +136,33 @@ static void find_shown(struct promise *p)
 {
     const double level = sin(p->picture->rings->height_rad);
     const double last_s = unlooked_s(p);
-    double az_rad;
     for (uint32_t k = 0; k < p->picture->n; k += 64)
         for (uint64_t left = picture_block(p->picture, k / 64).obstacle; left; left &= left - 1) {
             const uint32_t direction = k + (uint32_t)__builtin_ctzll(left);
-            if (direction < p->picture->n && is_looked_at(p, direction, level, &az_rad))
+            if (direction >= p->picture->n || !is_level(p, direction, level))
+                continue;
+            const struct looked looked = look_of(p, direction, SHOWN_FAR_M);
+            if (looked.by_head || looked.still_rad > 0)
                 add_shown(p, direction, last_s);
         }
+    p->ring = RINGS_NONE; /* the next one is asked for nearer places */
 }
 
 struct promise promise_begin(struct picture *picture, const struct answer_conf *conf,
-                             const struct picture_frame *frame, const struct answer_now *now, double loose_m)
+                             const struct picture_frame *frame, const struct answer_now *now,
+                             const struct sight_place *place, double own_m)
 {
     const struct bearings_looks *looks = &frame->looks;
     const uint64_t online = ~silent(looks, conf, now);
     struct promise p = {.picture = picture,
                         .frame = frame,
                         .now = now,
-                        .loose_m = loose_m,
-                        .shown = bearings_of(looks, online, now->now_ns, conf->clear_for_s)};
+                        .loose_m = place->moved_m,
+                        .shown = bearings_of(looks, online, now->now_ns, conf->clear_for_s),
+                        .view = {{1, 0, 0, 0}, {0}, own_m, picture->rings->step_rad},
+                        .ring = RINGS_NONE};
+    sight_attitude(frame, now, false, p.view.attitude);
+    memcpy(p.view.offset_m, place->offset_m, sizeof p.view.offset_m);
     for (int i = 0; i < PROMISE_PARTS; i++)
         p.come_m[i] = INFINITY;
     if (now->pose.drift_mps > 0)
@@ -173,12 +206,12 @@ static double adrift_m(const struct promise *p, const struct sight *s, double ne
 
 /*
  * How far, in a beam that does not turn, the drift since its last ping may have brought in what stood beside it: so far
- * the direction is at the beam's edge, as seen from where the vehicle may be. Farther in, nearer to the vehicle. 0 where
- * no ping tells since when.
+ * the direction is at the beam's edge, as seen from where the vehicle may be. Farther in, nearer to the vehicle. 0
+ * where no ping tells since when.
  */
-static double edge_m(const struct promise *p, double az_rad, const struct sight *s)
+static double edge_m(const struct promise *p, const struct looked *looked, const struct sight *s)
 {
-    const double in_rad = bearings_still(&p->frame->looks, az_rad, EDGE_CELLS * p->picture->rings->step_rad);
+    const double in_rad = looked->still_rad;
     const bool may_be = s->reason == ANSWER_HEARD && in_rad > 0 && in_rad < GEO_PI / 2;
     return may_be ? answer_drifted_m(p->now, s->age_s) / sin(in_rad) : 0;
 }
@@ -187,25 +220,27 @@ static double edge_m(const struct promise *p, double az_rad, const struct sight 
  * Until every head has been everywhere twice, water that ends before near_m may be the gap of a lost ping; from then on
  * a direction has what an earlier turn showed of it.
  */
-static double unshown_m(const struct promise *p, uint32_t direction, double slack, const struct sight *s,
+static double unshown_m(struct promise *p, uint32_t direction, double slack, const struct sight *s,
                         double near_m)
 {
     const bool blank = !s;
     s = blank ? &sight_never : s;
     const double sure_m = s->reason == ANSWER_HEARD ? fmin(s->clear_m, near_m) : 0;
     const bool drifts = p->now->pose.drift_mps > 0;
-    double az_rad;
-    if ((drifts ? goes_on(p, s, near_m) : sure_m >= near_m) || !is_looked_at(p, direction, slack, &az_rad))
+    if ((drifts ? goes_on(p, s, near_m) : sure_m >= near_m) || !is_level(p, direction, slack))
+        return near_m;
+    const struct looked looked = look_of(p, direction, near_m);
+    if (!looked.by_head && looked.still_rad <= 0)
         return near_m;
     const double left_m = drifts ? adrift_m(p, s, near_m) : near_m;
-    if (!bearings_have(p->shown, az_rad, 0)) /* by no head: what nobody has shown nobody promises */
-        return fmin(fmax(sure_m, edge_m(p, az_rad, s)), left_m);
+    if (!bearings_have(p->shown, looked.az_rad, 0)) /* by no head: what nobody has shown nobody promises */
+        return fmin(fmax(sure_m, edge_m(p, &looked, s)), left_m);
     if (drifts)
         return left_m;
     return (blank || p->frame->looks.first_turns) && !is_between_looks(p, direction) ? sure_m : near_m;
 }
 
-double promise_m(const struct promise *p, uint32_t direction, double slack, const struct sight *s, double near_m)
+double promise_m(struct promise *p, uint32_t direction, double slack, const struct sight *s, double near_m)
 {
     const double *v = p->picture->axis[direction];
     const int part = (int)(geo_wrap(atan2(v[1], v[0])) / PART_RAD) % PROMISE_PARTS;

@@ -38,9 +38,14 @@ static int64_t fine_part(double az_rad)
     return (int64_t)floor(az_rad / FINE_RAD);
 }
 
-/* Where a beam passes the body's level plane. */
+static void open_part(uint64_t set[BEARINGS_FINE / 64], int64_t fine)
+{
+    set[(uint64_t)fine % BEARINGS_FINE / 64] |= UINT64_C(1) << (uint64_t)fine % 64;
+}
+
+/* Where a head's beam passes the body's level plane. */
 struct level {
-    double az_rad, half_rad; /* middle and half the width */
+    double az_rad;
     double
         high_rad; /* so far above and below the plane water is surely heard; negative: the beam passes beside it */
 };
@@ -62,17 +67,8 @@ static struct level level_of(const struct beam_echoes *beam, const struct echoes
     quat_rotate(mount->attitude, axis, axis);
     quat_rotate(mount->attitude, up, up);
     quat_rotate(mount->attitude, side, side);
-    const double az_rad = atan2(axis[1], axis[0]), abreast[3] = {-sin(az_rad), cos(az_rad), 0};
-    return (struct level){.az_rad = az_rad,
-                          .half_rad = fmin(half_along(abreast, side, up, e), GEO_PI),
+    return (struct level){.az_rad = atan2(axis[1], axis[0]),
                           .high_rad = half_along(down, side, up, e) - fabs(asin(fmax(-1, fmin(1, axis[2]))))};
-}
-
-/* All parts that the beam touches: beams whose edges are less than a part apart leave no gap. */
-static void open_beam(uint64_t set[BEARINGS_FINE / 64], const struct level *beam)
-{
-    for (int64_t k = fine_part(beam->az_rad - beam->half_rad); k <= fine_part(beam->az_rad + beam->half_rad); k++)
-        set[(uint64_t)k % BEARINGS_FINE / 64] |= UINT64_C(1) << (uint64_t)k % 64;
 }
 
 #define LEAST_RAD (5 * GEO_PI / 180) /* a beam that hears no more above and below level shows no bearing */
@@ -149,7 +145,7 @@ static uint64_t shape_of(const struct echoes *e)
 static void mind_width(struct bearings_sensor *sensor, const struct echoes *e)
 {
     if (sensor->wide_rad != e->az_aperture_rad || sensor->high_rad != e->el_aperture_rad) {
-        memset(sensor->opens, 0, sizeof sensor->opens);
+        sensor->still.low_rad = sensor->still.high_rad = 0;
         sensor->shape = 0;
         sensor->level_rad = 0;
     }
@@ -157,12 +153,40 @@ static void mind_width(struct bearings_sensor *sensor, const struct echoes *e)
     sensor->high_rad = e->el_aperture_rad;
 }
 
-static bool is_level(struct bearings_sensor *sensor, const struct level *beam)
+/* From another mount it has looked nowhere yet. */
+static void mind_mount(struct bearings_sensor *sensor, const struct mount *mount)
 {
-    if (beam->high_rad < LEAST_RAD)
-        return false;
-    sensor->level_rad = sensor->level_rad > 0 ? fmin(sensor->level_rad, beam->high_rad) : beam->high_rad;
-    return true;
+    if (memcmp(&sensor->still.mount, mount, sizeof *mount) != 0)
+        *sensor = (struct bearings_sensor){.last_ns = sensor->last_ns, .back_ns = sensor->back_ns};
+    sensor->still.mount = *mount;
+}
+
+#define STEEP_RAD (45 * GEO_PI / 180) /* a beam that goes so far up or down does not look where near is promised */
+
+static bool is_steep(const struct beam_echoes *beam, const struct echoes *e, const struct mount *mount)
+{
+    double axis[3];
+    geo_direction((double)beam->az_rad, (double)beam->el_rad, axis);
+    quat_rotate(mount->attitude, axis, axis);
+    return fabs(asin(fmax(-1, fmin(1, axis[2])))) -
+               hypot((double)e->az_aperture_rad, (double)e->el_aperture_rad) / 2 >
+           STEEP_RAD;
+}
+
+/* All parts that the beam touches: beams whose edges are less than a part apart leave no gap. Next to a pole, all. */
+static void open_beam(struct bearings_still *still, const struct beam_echoes *beam, const struct echoes *e)
+{
+    const double az_rad = (double)beam->az_rad, el_rad = (double)beam->el_rad;
+    const double high_rad = fmin((double)e->el_aperture_rad / 2, GEO_PI / 2);
+    const bool pole = fabs(el_rad) + high_rad >= GEO_PI / 2, first = still->low_rad >= still->high_rad;
+    const double half_rad = pole ? GEO_PI : fmin((double)e->az_aperture_rad / 2, GEO_PI);
+    const double low_rad = fmax(el_rad - high_rad, -GEO_PI / 2), top_rad = fmin(el_rad + high_rad, GEO_PI / 2);
+    if (first)
+        memset(still->opens, 0, sizeof still->opens);
+    still->low_rad = first ? low_rad : fmin(still->low_rad, low_rad);
+    still->high_rad = first ? top_rad : fmax(still->high_rad, top_rad);
+    for (int64_t k = fine_part(az_rad - half_rad); k <= fine_part(az_rad + half_rad); k++)
+        open_part(still->opens, k);
 }
 
 /* All that the beams of a fan ever covered counts. */
@@ -172,11 +196,17 @@ static void enter_still(struct bearings_sensor *sensor, const struct echoes *e, 
     if (sensor->shape == shape)
         return;
     sensor->shape = shape;
-    for (unsigned i = 0; i < e->n_beams; i++) {
-        const struct level beam = level_of(&e->beam[i], e, mount);
-        if (is_level(sensor, &beam))
-            open_beam(sensor->opens, &beam);
-    }
+    for (unsigned i = 0; i < e->n_beams; i++)
+        if (!is_steep(&e->beam[i], e, mount))
+            open_beam(&sensor->still, &e->beam[i], e);
+}
+
+static bool is_level(struct bearings_sensor *sensor, const struct level *beam)
+{
+    if (beam->high_rad < LEAST_RAD)
+        return false;
+    sensor->level_rad = sensor->level_rad > 0 ? fmin(sensor->level_rad, beam->high_rad) : beam->high_rad;
+    return true;
 }
 
 static void enter_head(struct bearings_sensor *sensor, const struct echoes *e, const struct mount *mount)
@@ -200,6 +230,7 @@ static void enter_head(struct bearings_sensor *sensor, const struct echoes *e, c
 void bearings_enter(struct bearings *b, const struct echoes *e, const struct mount *mount)
 {
     struct bearings_sensor *sensor = &b->sensor[e->sensor % BEARINGS_SENSORS];
+    mind_mount(sensor, mount);
     if (sensor->last_ns && e->t_ns > sensor->last_ns && e->t_ns - sensor->last_ns > BEARINGS_AWAY_NS)
         sensor->back_ns = e->t_ns;
     sensor->last_ns = e->t_ns;
@@ -233,8 +264,8 @@ void bearings_tell(const struct bearings *b, const uint32_t turn_ms[BEARINGS_SEN
         out->last_ns[k] = sensor->last_ns;
         out->back_ds[k] = tenths(b->t_ns, sensor->back_ns);
         out->turn_s[k] = turn_ms[k] * 1e-3;
-        for (int i = 0; !turns && i < BEARINGS_FINE / 64; i++)
-            out->still[i] |= sensor->opens[i];
+        if (!sensor->moves)
+            out->still[k] = sensor->still;
         if (!turns)
             continue;
         out->bearings |= sensor->turns < 2 ? UINT64_MAX : sensor->seen;
@@ -292,12 +323,104 @@ static int open_parts(const uint64_t set[BEARINGS_FINE / 64], int64_t fine, int 
     return n;
 }
 
-double bearings_still(const struct bearings_looks *looks, double az_rad, double edge_rad)
+double bearings_inside(const uint64_t row[BEARINGS_FINE / 64], double az_rad, double edge_rad)
 {
     const int64_t at = fine_part(az_rad);
     const int edge = (int)ceil(edge_rad / FINE_RAD), most = BEARINGS_FINE;
-    const int left = open_parts(looks->still, at, -1, most), right = open_parts(looks->still, at, 1, most);
+    const int left = open_parts(row, at, -1, most), right = open_parts(row, at, 1, most);
     if (left && left + right <= 2 * edge + 1)
         return INFINITY;
     return FINE_RAD * fmax(fmin(left, right) - edge, 0);
+}
+
+/* Still sonars in the axes that are asked about. */
+struct eyes {
+    struct eye {
+        const uint64_t *opens;
+        double axis[3][3], origin_m[2], sin_low, sin_high;
+    } eye[BEARINGS_SENSORS];
+    int n;
+};
+
+static void open_eyes(const struct bearings_looks *looks, const struct bearings_view *view, struct eyes *eyes)
+{
+    eyes->n = 0;
+    for (int k = 0; k < BEARINGS_SENSORS; k++) {
+        const struct bearings_still *still = &looks->still[k];
+        if (still->low_rad >= still->high_rad)
+            continue;
+        struct eye *eye = &eyes->eye[eyes->n++];
+        double turn[4], lever_m[3];
+        quat_multiply(view->attitude, still->mount.attitude, turn);
+        quat_rotate(view->attitude, still->mount.position_m, lever_m);
+        quat_axes(turn, eye->axis);
+        eye->opens = still->opens;
+        eye->sin_low = sin(still->low_rad);
+        eye->sin_high = sin(still->high_rad);
+        for (int i = 0; i < 2; i++)
+            eye->origin_m[i] = view->offset_m[i] + lever_m[i];
+    }
+}
+
+/* Is a place, given as the ranges count, in a beam of any? */
+static bool eyes_see(const struct eyes *eyes, const double place_m[3])
+{
+    for (int k = 0; k < eyes->n; k++) {
+        const struct eye *eye = &eyes->eye[k];
+        const double way_m[3] = {place_m[0] - eye->origin_m[0], place_m[1] - eye->origin_m[1], place_m[2]};
+        const double up_m = -geo_dot(way_m, eye->axis[2]), range_m = geo_length(way_m);
+        if (up_m < eye->sin_low * range_m || up_m > eye->sin_high * range_m)
+            continue;
+        if (is_open(eye->opens, fine_part(atan2(geo_dot(way_m, eye->axis[1]), geo_dot(way_m, eye->axis[0])))))
+            return true;
+    }
+    return false;
+}
+
+/* A cell of a row, as far away as is asked. */
+struct spot {
+    double cos_az, sin_az, el_rad, step_rad, range_m;
+};
+
+static bool is_seen(const struct eyes *eyes, const struct spot *at, double cells_up)
+{
+    const double el_rad = at->el_rad + cells_up * at->step_rad, level_m = at->range_m * cos(el_rad);
+    return eyes_see(eyes,
+                    (const double[3]){level_m * at->cos_az, level_m * at->sin_az, -at->range_m * sin(el_rad)});
+}
+
+#define WHOLE 0.75 /* cells: no corner of a cell lies farther above or below its middle, however it is turned */
+
+/* Is so many cells above that one a cell wholly in the beams? */
+static bool is_whole(const struct eyes *eyes, const struct spot *at, double cells_up)
+{
+    return is_seen(eyes, at, cells_up + WHOLE) && is_seen(eyes, at, cells_up - WHOLE);
+}
+
+/* As bearings_row has it. */
+static bool is_looked_at(const struct eyes *eyes, const struct spot *at)
+{
+    if (is_whole(eyes, at, 0))
+        return true;
+    return (is_seen(eyes, at, 0) || is_seen(eyes, at, 0.5) || is_seen(eyes, at, -0.5)) && !is_whole(eyes, at, 1) &&
+           !is_whole(eyes, at, -1);
+}
+
+#define RANGES 3 /* at near_m, half and a third of it: parallax goes by one over the range */
+
+void bearings_row(const struct bearings_looks *looks, const struct bearings_view *view, double el_rad,
+                  double near_m, uint64_t row[BEARINGS_FINE / 64])
+{
+    struct eyes eyes;
+    open_eyes(looks, view, &eyes);
+    memset(row, 0, BEARINGS_FINE / 8);
+    for (int k = 0; eyes.n > 0 && k < BEARINGS_FINE; k++) {
+        const double az_rad = (k + 0.5) * FINE_RAD;
+        struct spot at = {cos(az_rad), sin(az_rad), el_rad, view->step_rad, 0};
+        for (int i = 1; i <= RANGES && !is_open(row, k); i++) {
+            at.range_m = fmax(near_m / i, view->least_m);
+            if (is_looked_at(&eyes, &at))
+                open_part(row, k);
+        }
+    }
 }

@@ -18,40 +18,50 @@
 #define BEARINGS_NEVER   UINT16_MAX
 #define BEARINGS_AWAY_NS (UINT64_C(10) * 1000000000) /* from one ping to the next: the sonar was away */
 
+/*
+ * What a sonar that does not turn looks at: a set of directions of its own, whose azimuths and elevations are those of
+ * its beams. Where that is in the water depends on its mount and on the body's tilt.
+ */
+struct bearings_still {
+    uint64_t opens[BEARINGS_FINE / 64]; /* parts of its azimuth in which a beam is */
+    double low_rad, high_rad;           /* between these elevations; equal: there is no such sonar */
+    struct mount mount;
+};
+
 /* What the sonars look at, for the picture. */
 struct bearings_looks {
     uint64_t bearings;                  /* a head looks there, or may yet */
     uint64_t t_ns;                      /* as of then, the newest ping */
-    uint64_t still[BEARINGS_FINE / 64]; /* in a level beam of a sonar that does not turn: its parts */
     uint64_t hears[BEARINGS_SENSORS];   /* where each head looks, or passes, and was not deaf at its last look */
     uint64_t last_ns[BEARINGS_SENSORS]; /* of each sonar, the last ping; 0: none */
-    double turn_s[BEARINGS_SENSORS];    /* how long its last turn took; 0: not known */
+    struct bearings_still still[BEARINGS_SENSORS];
+    double turn_s[BEARINGS_SENSORS]; /* how long its last turn took; 0: not known */
     /* Tenths of a second before t_ns, rounded up, BEARINGS_NEVER at most: when a head last heard there, and when the
      * sensor last came back after it had been away. */
     uint16_t heard_ds[BEARINGS_SENSORS][BEARINGS];
     uint16_t back_ds[BEARINGS_SENSORS];
-    double level_rad; /* so far above and below the body's level plane they hear at all these bearings */
+    double level_rad; /* so far above and below the body's level plane heads hear at all these bearings */
     double gap_rad;   /* so wide a gap between two beams is a head's own, not a lost ping's; 0: none is */
     uint64_t
         first_turns; /* a whole word; 1: some head has not been everywhere twice: a ping it lost may have left a gap */
 };
 
 struct bearings_sensor {
-    uint64_t seen;                      /* a level beam was there, or its head passed there between two pings */
-    uint64_t opens[BEARINGS_FINE / 64]; /* in a level beam of a sonar that does not turn */
-    uint64_t deaf;                      /* nothing usable was received there by a head's last pass */
-    uint64_t deaf_before, heard;        /* where a head's last beam was deaf; where its beam heard last */
-    uint64_t heard_ns[BEARINGS];        /* when a beam of a head last heard there; 0: never */
-    uint64_t last_ns;                   /* of its last ping */
-    uint64_t back_ns;                   /* of the first after it had been away; 0: none */
-    uint64_t shape;                     /* of the beams that opened last, that they need not open again */
-    double level_rad;                   /* as in bearings_looks; 0: no beam was level yet */
-    float last_rad;                     /* azimuth in the body of a head's last level beam */
-    float step_rad;                     /* the least from one of them to the next; 0: unknown */
-    float wide_rad, high_rad;           /* of its last ping's beams */
-    uint8_t turns; /* begun, up to 3: before the first it may have begun in the middle of one */
-    bool level;    /* its last beam was */
-    bool moves;    /* it is a head that turns, as its driver says */
+    uint64_t seen;               /* a level beam was there, or its head passed there between two pings */
+    uint64_t deaf;               /* nothing usable was received there by a head's last pass */
+    uint64_t deaf_before, heard; /* where a head's last beam was deaf; where its beam heard last */
+    uint64_t heard_ns[BEARINGS]; /* when a beam of a head last heard there; 0: never */
+    uint64_t last_ns;            /* of its last ping */
+    uint64_t back_ns;            /* of the first after it had been away; 0: none */
+    uint64_t shape;              /* of the beams that opened last, that they need not open again */
+    struct bearings_still still; /* of one that does not turn; its mount is that of the last ping of any */
+    double level_rad;            /* as in bearings_looks; 0: no beam was level yet */
+    float last_rad;              /* azimuth in the body of a head's last level beam */
+    float step_rad;              /* the least from one of them to the next; 0: unknown */
+    float wide_rad, high_rad;    /* of its last ping's beams */
+    uint8_t turns;               /* begun, up to 3: before the first it may have begun in the middle of one */
+    bool level;                  /* its last beam was */
+    bool moves;                  /* it is a head that turns, as its driver says */
 };
 
 struct bearings {
@@ -59,8 +69,9 @@ struct bearings {
     struct bearings_sensor sensor[BEARINGS_SENSORS];
 };
 
-/** bearings_enter - a ping of a sensor with that mount. A head passes from one bearing to the next the shorter way. Which
- * sensor is one its driver says (echoes.turns); one that keeps to a bearing is still to look at all the others. */
+/** bearings_enter - a ping of a sensor with that mount. A head passes from one bearing to the next the shorter way.
+ * Which sensor is one its driver says (echoes.turns); one that keeps to a bearing is still to look at all the others.
+ * With another mount, as after a reload, a sensor begins anew. */
 void bearings_enter(struct bearings *b, const struct echoes *e, const struct mount *mount);
 
 /** bearings_tell - as of the newest ping. A head looks at all bearings while it is in its first turn: nobody knows yet
@@ -77,9 +88,25 @@ uint64_t bearings_of(const struct bearings_looks *looks, uint64_t sensors, uint6
  * edges nobody may look. within_rad: up to half a turn. */
 bool bearings_have(uint64_t set, double az_rad, double within_rad);
 
-/** bearings_still - how far that azimuth of the body lies in the beam of a sonar that does not turn, beyond edge_rad from
- * the end of what such beams cover together; 0: it does not. Where they cover no more than two such edges all of that
- * counts, and it is INFINITY. */
-double bearings_still(const struct bearings_looks *looks, double az_rad, double edge_rad);
+/* From where still sonars are told, and of which water. */
+struct bearings_view {
+    double attitude[4]; /* of the body, in the axes that are asked about */
+    double offset_m[3]; /* of the vehicle from the place that ranges are from, in these axes */
+    double least_m;     /* no water nearer than this is asked about */
+    double step_rad;    /* height of a cell */
+};
+
+/**
+ * bearings_row - at which azimuths of a row of cells still sonars look, at some range up to near_m: a cell there lies
+ * wholly between the upper and lower edge of what they cover together, or it touches that and none beside it, above or
+ * below, does lie so. What stands there goes from the bottom to the surface: that a sonar is mounted higher or lower
+ * makes no difference.
+ */
+void bearings_row(const struct bearings_looks *looks, const struct bearings_view *view, double el_rad,
+                  double near_m, uint64_t row[BEARINGS_FINE / 64]);
+
+/** bearings_inside - how far that azimuth lies in a row, beyond edge_rad from the end of what still sonars cover
+ * together; 0: it does not. Where they cover no more than two such edges all of that counts, and it is INFINITY. */
+double bearings_inside(const uint64_t row[BEARINGS_FINE / 64], double az_rad, double edge_rad);
 
 #endif

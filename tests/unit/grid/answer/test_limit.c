@@ -246,9 +246,12 @@ TEST(near_covers_no_lost_ping_in_the_first_turns)
 /* In beams of sonars that do not turn: so many degrees about the bow, or about that bearing and the opposite one. */
 static void open_still(struct bearings_looks *looks, double bearing_deg, double wide_deg)
 {
+    looks->still[0].low_rad = geo_rad(-10);
+    looks->still[0].high_rad = geo_rad(10);
+    looks->still[0].mount = mount_identity;
     for (int k = 0; k < BEARINGS_FINE; k++)
         if (fabs(geo_deg(geo_wrap_pi((k + 0.5) * GEO_TURN / BEARINGS_FINE - geo_rad(bearing_deg)))) < wide_deg / 2)
-            looks->still[k / 64] |= UINT64_C(1) << k % 64;
+            looks->still[0].opens[k / 64] |= UINT64_C(1) << k % 64;
 }
 
 /*
@@ -345,6 +348,136 @@ TEST(near_holds_in_a_still_beam_as_far_as_drift_has_brought_its_edge)
         now.pose.drift_mps = 0.1;
         CHECK_NEAR(look(&promised, 1, 0, 0, 2).known_m, row[i].known_m, 0, 0.08);
     }
+}
+
+/* A sonar that does not turn: beams of 1.5 degrees side by side, from -wide_deg / 2 to wide_deg / 2 of its own. */
+struct still_fan {
+    double wide_deg, high_deg;
+    double roll_deg, pitch_deg; /* of its mount */
+    double mount_m[3];
+};
+
+static void look_with(struct bearings *b, const struct still_fan *fan)
+{
+    static const uint32_t turn_ms[BEARINGS_SENSORS];
+    struct beam_echoes beam[128];
+    struct mount mount = {.position_m = {fan->mount_m[0], fan->mount_m[1], fan->mount_m[2]}};
+    struct echoes e = {.n_beams = (uint16_t)(fan->wide_deg / 1.5 + 0.5),
+                       .az_aperture_rad = (float)geo_rad(1.5),
+                       .el_aperture_rad = (float)geo_rad(fan->high_deg),
+                       .t_ns = NOW,
+                       .beam = beam};
+    quat_from_rpy(geo_rad(fan->roll_deg), geo_rad(fan->pitch_deg), 0, mount.attitude);
+    for (int i = 0; i < e.n_beams; i++)
+        beam[i] = (struct beam_echoes){.az_rad = (float)geo_rad(1.5 * (i + 0.5) - fan->wide_deg / 2)};
+    bearings_enter(b, &e, &mount);
+    struct picture_frame frame;
+    picture_get_frame(&picture, &frame);
+    bearings_tell(b, turn_ms, &frame.looks);
+    picture_begin(&picture);
+    picture_set_frame(&picture, &frame);
+    picture_end(&picture);
+}
+
+/* A level direction that the fan has not freed, in that bearing: does near cover it? */
+static bool near_covers(double az_deg, double roll_deg, double pitch_deg)
+{
+    static const struct corridor_body promised = {
+        .radius_m = 0.3, .half_height_m = 0.2, .margin_m = 0.1, .near_m = 2};
+    all_free(20);
+    forget(at(az_deg, 1.5));
+    forget(at(az_deg, -1.5));
+    quat_from_rpy(geo_rad(roll_deg), geo_rad(pitch_deg), 0, now.pose.attitude);
+    const struct corridor_query q = {
+        .direction = {cos(geo_rad(az_deg)), sin(geo_rad(az_deg)), 0}, .ned = true, .most_m = 1.5};
+    struct corridor c;
+    corridor_look(&picture, &limits, &now, &promised, &q, &c);
+    CHECK(c.reason == ANSWER_HEARD || (c.reason == ANSWER_NEVER && c.known_m < 0.1));
+    return c.reason == ANSWER_HEARD;
+}
+
+/* However the mount or the vehicle tilts the fan, and however low its beams are. */
+TEST(near_covers_no_place_at_which_a_still_fan_looks)
+{
+    static const struct {
+        struct still_fan fan;
+        double roll_deg, pitch_deg; /* of the vehicle */
+        double az_deg;
+        bool covered;
+    } row[] = {{.fan = {.wide_deg = 120, .high_deg = 20}, .az_deg = 40},
+               {.fan = {.wide_deg = 120, .high_deg = 20}, .az_deg = 75, .covered = true},
+               {.fan = {.wide_deg = 120, .high_deg = 20, .roll_deg = 9}, .az_deg = 0},
+               {.fan = {.wide_deg = 120, .high_deg = 20, .roll_deg = 20}, .az_deg = 0},
+               {.fan = {.wide_deg = 120, .high_deg = 20, .roll_deg = 20}, .az_deg = 12},
+               {.fan = {.wide_deg = 120, .high_deg = 20, .roll_deg = 20}, .az_deg = -12},
+               {.fan = {.wide_deg = 120, .high_deg = 20, .roll_deg = 20},
+                .az_deg = 45,
+                .covered = true}, /* it passes below */
+               {.fan = {.wide_deg = 120, .high_deg = 20, .roll_deg = -45}, .az_deg = 0},
+               {.fan = {.wide_deg = 120, .high_deg = 20, .roll_deg = 90}, .az_deg = 0},
+               {.fan = {.wide_deg = 120, .high_deg = 20, .roll_deg = 90}, .az_deg = 20, .covered = true},
+               {.fan = {.wide_deg = 120, .high_deg = 8}, .az_deg = 30},
+               {.fan = {.wide_deg = 120, .high_deg = 4}, .az_deg = 30},
+               {.fan = {.wide_deg = 120, .high_deg = 1.5}, .az_deg = 30},
+               {.fan = {.wide_deg = 120, .high_deg = 20, .pitch_deg = -30}, .az_deg = 0, .covered = true},
+               {.fan = {.wide_deg = 120, .high_deg = 20, .pitch_deg = -30},
+                .pitch_deg = 30,
+                .az_deg = 0}, /* and the vehicle levels it */
+               {.fan = {.wide_deg = 120, .high_deg = 20, .pitch_deg = -30}, .pitch_deg = 26, .az_deg = 0},
+               {.fan = {.wide_deg = 120, .high_deg = 20}, .pitch_deg = 20, .az_deg = 0, .covered = true},
+               {.fan = {.wide_deg = 120, .high_deg = 20}, .pitch_deg = 20, .az_deg = 55, .covered = true},
+               {.fan = {.wide_deg = 120, .high_deg = 40}, .pitch_deg = 12, .az_deg = 0},
+               {.fan = {.wide_deg = 120, .high_deg = 20}, .roll_deg = 20, .az_deg = 0},
+               {.fan = {.wide_deg = 120, .high_deg = 20, .roll_deg = 20}, .roll_deg = -20, .az_deg = 50}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct bearings b = {0};
+        start_with(rings_full(&rings, geo_rad(3)), true);
+        look_with(&b, &row[i].fan);
+        CHECK_INT(near_covers(row[i].az_deg, row[i].roll_deg, row[i].pitch_deg), row[i].covered);
+    }
+}
+
+/* Its edges are angles at the sonar. Within near a place lies elsewhere as seen from the vehicle's middle. */
+TEST(near_covers_no_place_at_which_a_fan_off_the_middle_looks)
+{
+    static const struct {
+        struct still_fan fan;
+        double az_deg;
+        bool covered;
+    } row[] = {
+        {.fan = {.wide_deg = 60, .high_deg = 20}, .az_deg = 35, .covered = true},
+        {.fan = {.wide_deg = 60, .high_deg = 20, .mount_m = {-0.6, 0, 0}}, .az_deg = 31}, /* 24 degrees at 2 m */
+        {.fan = {.wide_deg = 60, .high_deg = 20, .mount_m = {-0.6, 0, 0}}, .az_deg = 60, .covered = true},
+        {.fan = {.wide_deg = 60, .high_deg = 20, .mount_m = {0.4, 0, 0}}, .az_deg = 35, .covered = true},
+        {.fan = {.wide_deg = 60, .high_deg = 20, .mount_m = {0, 0.4, 0}}, .az_deg = 33}, /* 25 degrees */
+        {.fan = {.wide_deg = 60, .high_deg = 20, .mount_m = {0, 0.4, 0}}, .az_deg = -36, .covered = true},
+        {.fan = {.wide_deg = 60, .high_deg = 20, .mount_m = {0, -0.4, 0}}, .az_deg = -33},
+        {.fan = {.wide_deg = 60, .high_deg = 20, .mount_m = {0, 0, 0.4}},
+         .az_deg = 20}}; /* of what stands there it sees the foot */
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct bearings b = {0};
+        start_with(rings_full(&rings, geo_rad(3)), true);
+        look_with(&b, &row[i].fan);
+        CHECK_INT(near_covers(row[i].az_deg, 0, 0), row[i].covered);
+    }
+}
+
+/* The latest ping says where the sonar is. */
+TEST(near_follows_a_still_fan_to_another_mount)
+{
+    static const struct still_fan before = {.wide_deg = 40, .high_deg = 20, .pitch_deg = -40},
+                                  after = {.wide_deg = 40, .high_deg = 20},
+                                  aside = {.wide_deg = 40, .high_deg = 20, .mount_m = {0, 0.5, 0}};
+    struct bearings b = {0};
+    start_with(rings_full(&rings, geo_rad(3)), true);
+    look_with(&b, &before);
+    CHECK(near_covers(0, 0, 0));
+    look_with(&b, &after);
+    CHECK(!near_covers(0, 0, 0) && near_covers(24, 0, 0));
+    look_with(&b, &aside);
+    CHECK(!near_covers(24, 0, 0));
+    look_with(&b, &before);
+    CHECK(near_covers(0, 0, 0) && near_covers(24, 0, 0));
 }
 
 #define FAN UINT64_C(0xff800000000001ff) /* 100 degrees about the bow */
@@ -934,6 +1067,9 @@ int main(void)
     RUN(the_remedy_names_the_poses_where_they_are_what_is_missing);
     RUN(near_covers_no_water_in_a_beam_that_stays);
     RUN(near_holds_in_a_still_beam_as_far_as_drift_has_brought_its_edge);
+    RUN(near_covers_no_place_at_which_a_still_fan_looks);
+    RUN(near_covers_no_place_at_which_a_fan_off_the_middle_looks);
+    RUN(near_follows_a_still_fan_to_another_mount);
     RUN(near_covers_nothing_more_where_no_sonar_hears);
     RUN(what_stands_in_the_tunnel_blocks_and_what_stands_beside_it_does_not);
     RUN(a_vehicle_off_the_grids_centre_sweeps_its_own_tunnel);

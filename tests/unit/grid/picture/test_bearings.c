@@ -78,12 +78,21 @@ static bool shows(double deg)
     return bearings_have(bearings_of(&looks, 1, pose.t_ns, KEEP_S), geo_rad(deg), 0);
 }
 
-static bool at(double deg)
+/* At a bearing and so far above the body's level, in rows of cells a degree high. */
+static bool at_place(double deg, double up_deg)
 {
+    const struct bearings_view view = {.attitude = {1, 0, 0, 0}, .least_m = 0.4, .step_rad = geo_rad(1)};
+    uint64_t row[BEARINGS_FINE / 64];
     struct bearings_looks looks;
     bearings_tell(&b, turn_ms, &looks);
+    bearings_row(&looks, &view, geo_rad(up_deg), 3, row);
     return bearings_have(looks.bearings, geo_rad(deg), 0) ||
-           bearings_still(&looks, geo_rad(deg), geo_rad(edge_deg));
+           bearings_inside(row, geo_rad(deg), geo_rad(edge_deg)) > 0;
+}
+
+static bool at(double deg)
+{
+    return at_place(deg, 0);
 }
 
 static double level_deg(void)
@@ -91,6 +100,13 @@ static double level_deg(void)
     struct bearings_looks looks;
     bearings_tell(&b, turn_ms, &looks);
     return geo_deg(looks.level_rad);
+}
+
+/* In cells that lie in it does a still sonar look above and below level there. */
+static bool is_high(double deg, double high_deg)
+{
+    return at_place(deg, high_deg - 0.85) && at_place(deg, 0.85 - high_deg) && !at_place(deg, high_deg - 0.65) &&
+           !at_place(deg, 0.65 - high_deg);
 }
 
 TEST(a_fan_looks_within_its_opening_from_its_first_ping_on)
@@ -102,7 +118,7 @@ TEST(a_fan_looks_within_its_opening_from_its_first_ping_on)
         CHECK(at(deg));
     for (int deg = 50; deg <= 310; deg++)
         CHECK(!at(deg));
-    CHECK_NEAR(level_deg(), 10, 1e-4, 0);
+    CHECK(is_high(0, 10) && is_high(30, 10));
 }
 
 TEST(a_fan_of_more_than_half_a_circle_does_not_look_astern)
@@ -204,10 +220,10 @@ TEST(a_beam_on_its_side_is_as_wide_as_it_is_high)
     for (int k = 0; k < 3; k++)
         ping(0, 1, 0, 0, 60, true);
     CHECK(at(26) && at(-26) && !at(31) && !at(-31));
-    CHECK_NEAR(level_deg(), 10, 1e-4, 0);
+    CHECK(at_place(0, 8) && at_place(0, -8) && !at_place(0, 12) && !at_place(0, -12));
 }
 
-TEST(what_hears_little_above_and_below_level_shows_no_bearing)
+TEST(a_head_that_hears_little_above_and_below_level_shows_no_bearing)
 {
     static const struct {
         double roll_deg, pitch_deg, high_deg;
@@ -216,24 +232,67 @@ TEST(what_hears_little_above_and_below_level_shows_no_bearing)
                {0, 9, 25, false}, {90, 0, 25, false}, {180, 0, 25, true}};
     for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         start(row[i].roll_deg, row[i].pitch_deg, 0);
-        for (int k = 0; k < 3; k++)
-            ping(0, 9, -12, 12, row[i].high_deg, true);
+        for (int turn = 0; turn < 3; turn++)
+            for (int deg = -12; deg <= 12; deg += 3)
+                ping(0, 1, deg, deg, row[i].high_deg, deg == -12);
         CHECK_INT(at(0), row[i].level);
     }
 }
 
-TEST(sensors_add_up_and_the_least_opening_counts)
+/* Beams side by side cover together what none of them does. Lower than two cells all of it counts. */
+TEST(a_fan_looks_where_any_of_its_beams_does)
+{
+    static const struct {
+        double roll_deg, pitch_deg, high_deg;
+        int from_deg, to_deg; /* on its level */
+        double up_deg;        /* there it looks ahead as well */
+    } row[] = {{0, 0, 20, -44, 44, 8},  {20, 0, 20, -24, 24, 8}, {-20, 0, 20, -24, 24, -8},
+               {45, 0, 20, -9, 9, 5},   {90, 0, 20, -6, 6, 40},  {0, 8, 20, -40, 40, 16},
+               {0, 0, 1.5, -44, 44, 0}, {180, 0, 9, -44, 44, 3}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        start(row[i].roll_deg, row[i].pitch_deg, 0);
+        wide_deg = 1.5;
+        ping(0, 64, -48, 48, row[i].high_deg, true);
+        for (int deg = row[i].from_deg; deg <= row[i].to_deg; deg++)
+            CHECK(at(deg));
+        CHECK(at_place(0, row[i].up_deg) && !at_place(0, row[i].up_deg > 0 ? 60 : -60) && !at(180));
+    }
+    start(0, 0, 0);
+    ping(0, 64, -48, 48, 20, true);
+    CHECK(!at_place(0, 12));
+    mount.attitude[0] = 0; /* by another one it looks astern, and no more ahead */
+    mount.attitude[3] = 1;
+    ping(0, 64, -48, 48, 20, true);
+    CHECK(at(180) && !at(0));
+}
+
+/* Until it has come round as well. */
+TEST(a_head_on_another_mount_has_looked_nowhere)
 {
     start(0, 0, 0);
-    for (int i = 0; i < 2; i++) {
-        ping(0, 32, -48, 48, 20, true);
-        ping(1, 32, 60, 150, 12, true);
-    }
+    sweeps(0, 3, 20);
+    CHECK(shows(0) && !at(180));
+    quat_from_rpy(0, 0, geo_rad(180), mount.attitude);
+    pose.t_ns += SECOND;
+    ping(0, 1, -60, -60, 25, true);
+    CHECK(!shows(0) && at(0) && at(180));
+    sweeps(0, 3, 20);
+    CHECK(shows(180) && !shows(0) && !at(0));
+}
+
+TEST(sensors_add_up_and_the_least_opening_of_heads_counts)
+{
+    start(0, 0, 0);
+    ping(0, 32, -48, 48, 20, true);
+    ping(1, 32, 60, 150, 12, true);
     CHECK(at(0) && at(100) && !at(200));
-    CHECK_NEAR(level_deg(), 6, 1e-4, 0);
-    for (int deg = 0; deg < 30; deg += 3)
-        ping(2, 1, deg, deg, 25, deg == 0); /* one in its first turn */
+    CHECK(is_high(0, 10) && is_high(100, 6));
+    sweeps(2, 1, 20); /* one in its first turn */
     CHECK(at(200));
+    CHECK_NEAR(level_deg(), 12.5, 1e-4, 0);
+    for (int deg = 0; deg < 30; deg += 3)
+        ping(3, 1, deg, deg, 14, deg == 0);
+    CHECK_NEAR(level_deg(), 7, 1e-4, 0);
 }
 
 /* A single deaf beam is forgiven; two in a row are not, until a beam hears there again. */
@@ -542,10 +601,9 @@ TEST(what_a_fan_covers_grows_with_its_beams_and_goes_with_their_width)
     CHECK(at(180) && !at(170) && !at(190));
     wide_deg = 40;
     ping(1, 1, 180, 180, 12, true);
-    CHECK(at(170) && at(190));
-    CHECK_NEAR(level_deg(), 6, 1e-4, 0);
+    CHECK(at(170) && at(190) && is_high(180, 6));
     ping(1, 1, 180, 180, 30, true);
-    CHECK_NEAR(level_deg(), 10, 1e-4, 0);
+    CHECK(is_high(180, 15));
 }
 
 int main(void)
@@ -556,8 +614,10 @@ int main(void)
     RUN(a_lost_ping_in_the_first_turns_is_no_gap_between_beams);
     RUN(a_head_passes_what_it_did_not_ping);
     RUN(a_beam_that_stays_looks_where_it_points);
-    RUN(what_hears_little_above_and_below_level_shows_no_bearing);
-    RUN(sensors_add_up_and_the_least_opening_counts);
+    RUN(a_head_that_hears_little_above_and_below_level_shows_no_bearing);
+    RUN(a_fan_looks_where_any_of_its_beams_does);
+    RUN(a_head_on_another_mount_has_looked_nowhere);
+    RUN(sensors_add_up_and_the_least_opening_of_heads_counts);
     RUN(beams_that_stay_apart_leave_open_what_lies_between);
     RUN(a_beam_on_its_side_is_as_wide_as_it_is_high);
     RUN(a_head_shows_nothing_where_it_is_deaf);
