@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* test_bearings - at which level bearings of the vehicle its sonars look, from the beams of their pings. */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -82,10 +83,15 @@ static bool shows(double deg)
 static bool at_place(double deg, double up_deg)
 {
     const struct bearings_view view = {.attitude = {1, 0, 0, 0}, .least_m = 0.4, .step_rad = geo_rad(1)};
-    uint64_t row[BEARINGS_FINE / 64];
+    static struct bearings told; /* a row is told for all bearings at once */
+    static double told_deg = NAN;
+    static uint64_t row[BEARINGS_FINE / 64];
     struct bearings_looks looks;
     bearings_tell(&b, turn_ms, &looks);
-    bearings_row(&looks, &view, geo_rad(up_deg), 3, row);
+    if (told_deg != up_deg || memcmp(&told, &b, sizeof b) != 0)
+        bearings_row(&looks, &view, geo_rad(up_deg), 3, row);
+    told = b;
+    told_deg = up_deg;
     return bearings_have(looks.bearings, geo_rad(deg), 0) ||
            bearings_inside(row, geo_rad(deg), geo_rad(edge_deg)) > 0;
 }
