@@ -325,7 +325,7 @@ static void look_once(struct picture *p, const struct answer_conf *conf, const s
     sight_locate(p, frame, conf, now, &l.place);
     out->uncertain_m = l.place.uncertain_m;
     set_off(t, &l.place);
-    l.promise = promise_begin(p, conf, frame, now, &l.place, out->front_m);
+    l.promise = promise_begin(p, conf, frame, now, &l.place);
     struct rings_visit visit =
         rings_visit(p->rings, t->along,
                     fmin(GEO_PI / 2 + p->rings->height_rad + l.place.turned_rad + l.place.adrift_rad, GEO_PI));

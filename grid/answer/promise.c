@@ -150,7 +150,7 @@ static void find_shown(struct promise *p)
 
 struct promise promise_begin(struct picture *picture, const struct answer_conf *conf,
                              const struct picture_frame *frame, const struct answer_now *now,
-                             const struct sight_place *place, double own_m)
+                             const struct sight_place *place)
 {
     const struct bearings_looks *looks = &frame->looks;
     const uint64_t online = ~silent(looks, conf, now);
@@ -159,7 +159,7 @@ struct promise promise_begin(struct picture *picture, const struct answer_conf *
                         .now = now,
                         .loose_m = place->moved_m,
                         .shown = bearings_of(looks, online, now->now_ns, conf->clear_for_s),
-                        .view = {{1, 0, 0, 0}, {0}, own_m, picture->rings->step_rad},
+                        .view = {{1, 0, 0, 0}, {0}, picture->rings->step_rad},
                         .ring = RINGS_NONE};
     sight_attitude(frame, now, false, p.view.attitude);
     memcpy(p.view.offset_m, place->offset_m, sizeof p.view.offset_m);

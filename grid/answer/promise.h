@@ -26,12 +26,12 @@ struct promise {
 };
 
 /**
- * promise_begin - the promise to a vehicle in that place, which is known but for place->moved_m. own_m: nothing is
- * asked that is nearer than this.
+ * promise_begin - the promise to a vehicle in that place, which is known but for place->moved_m. It does not depend on
+ * the body: a larger one is never promised more.
  */
 struct promise promise_begin(struct picture *picture, const struct answer_conf *conf,
                              const struct picture_frame *frame, const struct answer_now *now,
-                             const struct sight_place *place, double own_m);
+                             const struct sight_place *place);
 
 /**
  * promise_m - how far along the direction nobody needs to have looked, from 0 to near_m; ranges are from the grid's

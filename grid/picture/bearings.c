@@ -418,7 +418,7 @@ void bearings_row(const struct bearings_looks *looks, const struct bearings_view
         const double az_rad = (k + 0.5) * FINE_RAD;
         struct spot at = {cos(az_rad), sin(az_rad), el_rad, view->step_rad, 0};
         for (int i = 1; i <= RANGES && !is_open(row, k); i++) {
-            at.range_m = fmax(near_m / i, view->least_m);
+            at.range_m = near_m / i;
             if (is_looked_at(&eyes, &at))
                 open_part(row, k);
         }

@@ -92,7 +92,6 @@ bool bearings_have(uint64_t set, double az_rad, double within_rad);
 struct bearings_view {
     double attitude[4]; /* of the body, in the axes that are asked about */
     double offset_m[3]; /* of the vehicle from the place that ranges are from, in these axes */
-    double least_m;     /* no water nearer than this is asked about */
     double step_rad;    /* height of a cell */
 };
 

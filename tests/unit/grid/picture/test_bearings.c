@@ -82,7 +82,7 @@ static bool shows(double deg)
 /* At a bearing and so far above the body's level, in rows of cells a degree high. */
 static bool at_place(double deg, double up_deg)
 {
-    const struct bearings_view view = {.attitude = {1, 0, 0, 0}, .least_m = 0.4, .step_rad = geo_rad(1)};
+    const struct bearings_view view = {.attitude = {1, 0, 0, 0}, .step_rad = geo_rad(1)};
     static struct bearings told; /* a row is told for all bearings at once */
     static double told_deg = NAN;
     static uint64_t row[BEARINGS_FINE / 64];
