@@ -223,6 +223,15 @@ double beam_meet(const struct beam *b, const double u[3], double range_m)
     return d < 0 ? -1 : along + sqrt(d);
 }
 
+/* Where a ray whose beginning is farther from the sensor than range_m comes as near as that; 0 for others. */
+static double come_within(const struct beam *b, const double u[3], double range_m)
+{
+    if (b->lever_m <= range_m)
+        return 0;
+    const double along = geo_dot(u, b->origin_m), d = along * along - b->lever_m * b->lever_m + range_m * range_m;
+    return d < 0 ? INFINITY : along - sqrt(d);
+}
+
 double beam_share(double off, double half, double width)
 {
     double share = (half + width / 2 - fabs(off)) / width;
@@ -335,15 +344,16 @@ static void free_in_parts(const struct beam *b, const struct beam_ray *ray, cons
     const double reach_m[BEAM_PARTS] = {[BEAM_AXIS] = w->to_m, [BEAM_SIDE] = w->side_to_m};
     const struct stretch look = {.from_m = st->look_from_m, .to_m = st->look_to_m};
     st->from_m = st->to_m = 0;
-    add_run(st, fmax(look.from_m, beam_meet(b, ray->u, w->edge_from_m)),
-            fmin(look.to_m, beam_meet(b, ray->u, w->edge_to_m)));
+    const double edge_m = fmax(beam_meet(b, ray->u, w->edge_from_m), come_within(b, ray->u, w->edge_to_m));
+    add_run(st, fmax(look.from_m, edge_m), fmin(look.to_m, beam_meet(b, ray->u, w->edge_to_m)));
     for (enum beam_part k = BEAM_PARTS; k-- > 0;) {
         const struct beam_part_opening *o = &b->opening->part[k];
         const double wider = aside ? 1 + BEAM_EDGE : 1;
         const struct beam_sides sides = sides_at(b, wider * o->tan_az, wider * (aside ? o->tan_high : o->tan_el));
         struct stretch in = look;
         if (o->tan_el > 0 && cut_sides(b, &sides, ray, &in))
-            add_run(st, in.from_m, fmin(in.to_m, beam_meet(b, ray->u, reach_m[k])));
+            add_run(st, fmax(in.from_m, come_within(b, ray->u, reach_m[k])),
+                    fmin(in.to_m, beam_meet(b, ray->u, reach_m[k])));
     }
 }
 
@@ -363,7 +373,8 @@ bool beam_stretch(const struct beam *b, const struct beam_cell *cell, const stru
     *st = (struct stretch){.to_m = INFINITY};
     if (!cut_sides(b, &f, ray, st))
         return false;
-    double from = beam_meet(b, ray->u, water->from_m), to = beam_meet(b, ray->u, water->to_m);
+    const double from = fmax(beam_meet(b, ray->u, water->from_m), come_within(b, ray->u, water->to_m)),
+                 to = beam_meet(b, ray->u, water->to_m);
     if (from >= st->from_m) {
         st->from_m = from;
         st->enters_aside = false;

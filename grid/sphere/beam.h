@@ -180,7 +180,8 @@ bool beam_holds(const struct beam *b, const struct beam_cell *cell, const double
 /**
  * beam_stretch - the stretch of the ray through the middle of a cell of the ring at which the beam looks, within the
  * range of its water, and what of that is free in the parts that it passes: the longest run. False when it does not
- * look at it at all. An echo ends where it looks, whatever is free.
+ * look at it at all. An echo ends where it looks, whatever is free. No place is free that is farther from the sensor
+ * than its part reaches, though the ray may begin there.
  */
 bool beam_stretch(const struct beam *b, const struct beam_cell *cell, const struct beam_ray *ray,
                   const struct beam_water *water, struct stretch *out);

@@ -252,11 +252,33 @@ TEST(an_echo_ends_older_water_at_the_edge_too)
     CHECK(ask_at(13, 0) < 5.1 && ask_at(13, 0) > 4.8);
 }
 
+/* Past the end of what was seen from afar, within the beam: between here and there nothing was. */
+TEST(water_beyond_what_a_beam_detects_is_not_free_from_behind_its_end)
+{
+    const struct answer_conf patient = {.clear_for_s = 30, .move_limit_m = 20};
+    const struct answer_query q = {.az_rad = geo_rad(200), .distance_m = 1.5, .half_angle_rad = geo_rad(0.3)};
+    struct answer a;
+    begin_nested(30);
+    beam.off_axis = false;
+    beam.free_to_m = 3;
+    send(0, 0);
+    now.pose.t_ns = ping.t_ns;
+    for (int i = 1; i <= 50; i++) { /* two metres on from its end */
+        now.pose.position_m[0] = 0.1 * i;
+        now.pose.position_m[1] = 0.012 * i;
+        now.pose.path_m = 0.1 * i;
+        sphere_follow(sphere, &now.pose);
+    }
+    answer_direction(sphere_picture(sphere), &patient, &now, &q, &a);
+    CHECK_INT(a.state, ANSWER_UNKNOWN);
+}
+
 int main(void)
 {
     RUN(a_target_at_the_edge_of_a_beam_is_not_passed_over);
     RUN(off_its_axis_a_beam_frees_no_more_than_it_detects_there);
     RUN(beside_its_axis_a_beam_frees_no_more_than_it_detects_there);
     RUN(an_echo_ends_older_water_at_the_edge_too);
+    RUN(water_beyond_what_a_beam_detects_is_not_free_from_behind_its_end);
     return test_end();
 }
