@@ -233,8 +233,8 @@ const struct conf_key conf_keys[] = {
     {"extract", "no_echo", LIVE, WORDS("minimum", "heard", "range"), .standard = "heard", CONF(extract.no_echo),
      .help = "How far water is free where a beam received no echo. minimum (conservative): at most to\n"
              "minimum_range, as in the paper. heard (noise-limited): as far as the target would have been\n"
-             "detected. range (full range): to the end of the beam; may call water free that reverberation\n"
-             "masks. Of sonars that report ready ranges always minimum."},
+             "detected. range (full range): to the end of the beam, off its axis as with heard; may call water\n"
+             "free that reverberation masks. Of sonars that report ready ranges always minimum."},
     {"extract", "target", LIVE, QUANTITY(1, "dB", 0, 40), .standard = "wall", CONF(extract.target_db),
      NAMED({"wall", 0}, {"pile", 6}, {"net", 12}, {"line", 18}),
      .help = "Weakest obstacle that free space must not contain: how much less than a wall it returns. A pile\n"

@@ -714,9 +714,12 @@ TEST(a_weaker_target_does_not_hide_a_wall_next_to_the_head)
 }
 
 /* The counts of some level over a stretch, in water of 12 counts, as all beams have it. */
+static enum extract_no_echo rule = EXTRACT_HEARD;
+
 static const struct beam_echoes *hear_level(int from_bin, int end_bin, double level)
 {
     begin();
+    conf.no_echo = rule;
     conf.bottom_db = -1;
     set_up();
     know(&(struct scene){.floor = 12, .ring_down_m = 0.3});
@@ -762,6 +765,18 @@ TEST(at_the_edge_nothing_is_free_behind_what_begins_at_the_head)
     hear_level(30, 200, 26);
     CHECK_NEAR(found[0].side_to_m, 10, 0, 1e-5);
     CHECK(found[0].surface_from_m >= found[0].surface_to_m);
+}
+
+/* The full range of a silent beam is asked for on its axis alone: off it the target ends it all the same. */
+TEST(off_the_axis_the_full_range_is_not_taken_on_trust)
+{
+    rule = EXTRACT_RANGE;
+    hear_level(500, 510, 49);
+    rule = EXTRACT_HEARD;
+    CHECK_INT(found[0].state, BEAM_SILENT);
+    CHECK_NEAR(found[0].free_to_m, 10, 0, 1e-5);
+    CHECK_NEAR(found[0].side_to_m, 5, 0, 0.05);
+    CHECK_NEAR(found[0].edge_to_m, 5, 0, 0.05);
 }
 
 /* Where the sonar gives ranges alone nothing is known of it. */
@@ -1397,6 +1412,7 @@ int main(void)
     RUN(a_weaker_target_does_not_hide_a_wall_next_to_the_head);
     RUN(off_the_axis_water_is_free_as_far_as_less_would_be_heard);
     RUN(at_the_edge_nothing_is_free_behind_what_begins_at_the_head);
+    RUN(off_the_axis_the_full_range_is_not_taken_on_trust);
     RUN(off_the_axis_is_known_of_profiles);
     RUN(an_echo_weaker_than_the_target_is_faint);
     RUN(what_is_loud_and_unusual_is_an_echo);
