@@ -86,7 +86,12 @@ static void spread_shown(struct promise *p, double az_rad, double range_m, doubl
 
 #define LOOKED_TURNS 2.2 /* in so many turns a head that goes to and fro has been everywhere again ... */
 #define LOOKED_S     1.0 /* ... and in so long a sonar that does not turn, whatever pings it loses */
-#define SHOWN_FAR_M  100 /* what was shown was so at its beam's own angle: a mount off the middle does not count */
+
+/*
+ * A mount off the middle looks elsewhere near by than far away: to the one side farther, to the other less. What was
+ * shown counts where its direction is looked at far off, or at 6, 3 or 2 m: rather too much of it than too little.
+ */
+static const double shown_at_m[] = {100, 6};
 
 /* How long ago the heads last heard at that bearing of theirs which they have left out the longest: one that only sweeps
  * about the vehicle's way has its turns, and looks at nothing else. */
@@ -132,20 +137,27 @@ static void add_shown(struct promise *p, uint32_t direction, double last_s)
  * ahead. It is shown anew wherever it is when the sonars look there again; what has gone where none looks is the
  * operator's to promise, as all that comes from there.
  */
-static void find_shown(struct promise *p)
+static void find_shown_at(struct promise *p, double range_m)
 {
     const double level = sin(p->picture->rings->height_rad);
     const double last_s = unlooked_s(p);
+    p->ring = RINGS_NONE;
     for (uint32_t k = 0; k < p->picture->n; k += 64)
         for (uint64_t left = picture_block(p->picture, k / 64).obstacle; left; left &= left - 1) {
             const uint32_t direction = k + (uint32_t)__builtin_ctzll(left);
             if (direction >= p->picture->n || !is_level(p, direction, level))
                 continue;
-            const struct looked looked = look_of(p, direction, SHOWN_FAR_M);
+            const struct looked looked = look_of(p, direction, range_m);
             if (looked.by_head || looked.still_rad > 0)
                 add_shown(p, direction, last_s);
         }
-    p->ring = RINGS_NONE; /* the next one is asked for nearer places */
+}
+
+static void find_shown(struct promise *p)
+{
+    for (size_t i = 0; i < sizeof shown_at_m / sizeof shown_at_m[0]; i++)
+        find_shown_at(p, shown_at_m[i]);
+    p->ring = RINGS_NONE; /* the next one is asked for other places */
 }
 
 struct promise promise_begin(struct picture *picture, const struct answer_conf *conf,

@@ -1055,6 +1055,34 @@ TEST(the_remedy_names_the_poses_where_they_are_what_is_missing)
     CHECK_STR(limit_remedy(LIMIT_BY_NOTHING, ANSWER_HEARD, LIMIT_POSE_NONE), "");
 }
 
+TEST(what_a_fan_off_the_middle_showed_may_have_come)
+{
+    static const struct corridor_body promised = {
+        .radius_m = 0.3, .half_height_m = 0.2, .margin_m = 0.1, .near_m = 2};
+    static const double side_m[] = {0, 0.4}, az[] = {20, 30};
+    for (int i = 0; i < 2; i++) {
+        struct bearings b = {0};
+        const struct still_fan fan = {.wide_deg = 60, .high_deg = 20, .mount_m = {0, side_m[i], 0}};
+        start_with(rings_full(&rings, geo_rad(3)), true);
+        all_free(20);
+        look_with(&b, &fan);
+        now.pose.drift_mps = 1.5;
+        set(at(az[i], 1.5), 0.3, 20, 2, 0.9);
+        set(at(az[i], -1.5), 0.3, 20, 2, 0.9);
+        const double go[] = {az[i] + 35, az[i] + 38};
+        for (int k = 0; k < 2; k++) {
+            forget(at(go[k], 1.5));
+            forget(at(go[k], -1.5));
+            const struct corridor_query q = {
+                .direction = {cos(geo_rad(go[k])), sin(geo_rad(go[k])), 0}, .ned = true, .most_m = 1.5};
+            struct corridor c;
+            corridor_look(&picture, &limits, &now, &promised, &q, &c);
+            CHECK(c.known_m < 0.95);
+        }
+    }
+    now.pose.drift_mps = 0;
+}
+
 int main(void)
 {
     RUN(open_water_is_known_as_far_as_asked);
@@ -1069,6 +1097,7 @@ int main(void)
     RUN(near_holds_in_a_still_beam_as_far_as_drift_has_brought_its_edge);
     RUN(near_covers_no_place_at_which_a_still_fan_looks);
     RUN(near_covers_no_place_at_which_a_fan_off_the_middle_looks);
+    RUN(what_a_fan_off_the_middle_showed_may_have_come);
     RUN(near_follows_a_still_fan_to_another_mount);
     RUN(near_covers_nothing_more_where_no_sonar_hears);
     RUN(what_stands_in_the_tunnel_blocks_and_what_stands_beside_it_does_not);
