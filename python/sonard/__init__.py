@@ -15,18 +15,18 @@ for asyncio.
 """
 from __future__ import annotations
 
-import collections
 import json
 import os
 import select
 import socket
 import stat
 import time
-from typing import Any, Deque, Dict, Iterator, Optional
+from typing import Any, Dict, Iterator, Optional
 
 from . import results
 from ._answers import (TYPES, Blocked, Collision, Error, Limit, Lost, NoDaemon, NoPermission, Refused, Sector, Silent,
-                       given, refused)
+                       given,
+                       instead_of, refused)
 from ._methods import Methods
 
 __all__ = ["connect", "Client", "Watch", "Blocked", "Sector", "Limit", "Collision", "Error", "NoDaemon", "NoPermission",
@@ -34,7 +34,6 @@ __all__ = ["connect", "Client", "Watch", "Blocked", "Sector", "Limit", "Collisio
 
 DEFAULT_SOCKET = "/run/sonard/sonard.sock"
 _LINE_MAX = 8 << 20
-_KEPT_MAX = 64
 _RETRY_S = 0.02
 
 
@@ -59,7 +58,7 @@ class Client(Methods):
         self.timeout_s = timeout_s
         self._held = bytearray()
         self._last_id = 0
-        self._kept: Dict[int, Deque[Dict[str, Any]]] = {}  # of each watch: what it said and nobody has read
+        self._kept: Dict[int, Optional[Dict[str, Any]]] = {}  # of each watch: what it said last, if nobody has read that
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         self._socket.settimeout(timeout_s)
         try:
@@ -124,7 +123,7 @@ class Client(Methods):
         """Has the daemon ask a method by itself rate_hz times a second; iterate over what it gives for the results, of the
         type that the method of that name has here."""
         number = self.call("watch", method=method, params=params, rate_hz=rate_hz)["watch"]
-        self._kept[number] = collections.deque(maxlen=_KEPT_MAX)
+        self._kept[number] = None
         return Watch(self, method, number, 1.0 / rate_hz)
 
     # ---- the socket ----
@@ -171,14 +170,18 @@ class Client(Methods):
     def _keep(self, message: Dict[str, Any]) -> None:
         params = message.get("params")
         if isinstance(params, dict) and params.get("watch") in self._kept:
-            self._kept[params["watch"]].append(params)
+            before = self._kept[params["watch"]]
+            self._kept[params["watch"]] = params if before is None else instead_of(before, params)
 
     def _next(self, number: int, deadline_s: float) -> Dict[str, Any]:
-        while not self._kept[number]:
+        while True:
+            said = self._kept[number]
+            if said is not None and b"\n" not in self._held and not select.select([self._socket], [], [], 0)[0]:
+                self._kept[number] = None
+                return said
             message = self._read(deadline_s)
             if "id" not in message:
                 self._keep(message)
-        return self._kept[number].popleft()
 
 
 class Watch:
@@ -204,7 +207,7 @@ class Watch:
         return self.next()
 
     def next(self, timeout_s: Optional[float] = None) -> Any:
-        """The next result. Raises Silent when none came within timeout_s (that of the client beyond a period; 0: only what
+        """The newest result that was not given yet. Raises Silent when none came within timeout_s (that of the client beyond a period; 0: only what
         is there), Refused when the method fails; the watch goes on. The type is that of the
         method asked once."""
         if timeout_s is None:

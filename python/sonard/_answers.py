@@ -125,6 +125,11 @@ def refused(method: str, error: Any) -> Refused:
     return Refused(method, error.get("code", 0), error.get("message", "an error without a message"))
 
 
+def instead_of(before: Dict[str, Any], said: Dict[str, Any]) -> Dict[str, Any]:
+    """What a watch said last. Nobody has read what it said before: an old answer is not given for a new one."""
+    return dict(said, skipped=said.get("skipped", 0) + before.get("skipped", 0) + 1)
+
+
 def given(params: Dict[str, Any]) -> Dict[str, Any]:
     """Without what is None: that is left to the daemon."""
     return {name: list(value) if isinstance(value, tuple) else value for name, value in params.items() if value is not None}

@@ -14,8 +14,8 @@ import json
 import os
 from typing import Any, AsyncIterator, Dict, Optional, Tuple
 
-from . import DEFAULT_SOCKET, _KEPT_MAX, _LINE_MAX, _RETRY_S
-from ._answers import TYPES, Error, Lost, NoDaemon, NoPermission, Refused, Silent, given, refused
+from . import DEFAULT_SOCKET, _LINE_MAX, _RETRY_S
+from ._answers import TYPES, Error, Lost, NoDaemon, NoPermission, Refused, Silent, given, instead_of, refused
 from ._methods import AsyncMethods
 
 __all__ = ["connect", "Client", "Watch"]
@@ -121,9 +121,8 @@ class Client(AsyncMethods):
     def _take(self, message: Dict[str, Any]) -> None:
         if "id" not in message:
             queue = self._queue(message["params"]["watch"])
-            while queue.qsize() >= _KEPT_MAX:
-                queue.get_nowait()
-            queue.put_nowait(message["params"])
+            said = message["params"]
+            queue.put_nowait(said if queue.empty() else instead_of(queue.get_nowait(), said))
         elif message["id"] is None:
             error = message.get("error", {})  # this client is refused as such
             raise Refused("the connection", error.get("code", 0), error.get("message", "an error without a message"))
@@ -140,7 +139,7 @@ class Client(AsyncMethods):
 
 
 class Watch:
-    """The results of a method, again and again: iterate over it. Ends with stop() or with the client."""
+    """The newest results of a method, again and again: iterate over it. Ends with stop() or with the client."""
 
     def __init__(self, client: Client, method: str, number: int, queue: asyncio.Queue[Dict[str, Any]]):
         self.client, self.method, self.number = client, method, number

@@ -244,6 +244,8 @@ def python_watches(bench):
             if i == 3:
                 break
         check(select.select([s], [], [], 5 * PATIENCE)[0], "its descriptor can be waited for")
+        until(lambda: s.version() and (s._kept[four.number] or {}).get("skipped"), "answers that nobody reads")
+        check(len(next(four)) == 4 and four.skipped > 0 and s._kept[four.number] is None, "an old answer is given for a new one")
     check(s.status()["server"]["clients_now"] == 1, "the client is still there")
     refuses(StopIteration, lambda: next(four))
     for kind, method, params in ((sonard.Blocked, "blocked", {"azimuth_deg": 0, "distance_m": 1}),
@@ -289,6 +291,11 @@ def python_asyncio(bench):
             four, eight = await s.watch("sectors", rate_hz=20, count=4), await s.watch("sectors", rate_hz=20, count=8)
             for _ in range(5):
                 check(len(await four.__anext__()) == 4 and len(await eight.__anext__()) == 8, "mixed up")
+            for _ in range(int(200 * PATIENCE)):
+                if four._queue.qsize() and four._queue._queue[0].get("skipped"):
+                    break
+                await asyncio.sleep(0.05)
+            check(len(await four.__anext__()) == 4 and four.skipped > 0 and four._queue.empty(), "an old answer is given for a new one")
             waits = asyncio.ensure_future(eight.__anext__())
             await four.stop()
             check([ring async for ring in four] == [], "a watch that was stopped goes on")
