@@ -15,6 +15,7 @@
 
 #include <errno.h>
 #include <jansson.h>
+#include <signal.h>
 #include <stdarg.h>
 #include <sys/epoll.h>
 #include <sys/ioctl.h>
@@ -385,6 +386,7 @@ static void rig_serve(void)
 static void rig_start(const char *scene, const char *conf)
 {
     struct fault fault = {""};
+    signal(SIGPIPE, SIG_IGN); /* as in main: a worker may close the port while the head writes */
     memset(&rig, 0, sizeof rig);
     rig.instrument = -1;
     rig_now_ns = 100ull * RIG_S;
