@@ -59,9 +59,9 @@ def baud_rate_does_not_move_pings(bench):
 
 
 def dates_are_kept(bench):
-    """A capture has the date of the recording where that has one; a Ping-Viewer log counts from its start."""
+    """A capture has the date of the recording where that has one, in it or, as Ping-Viewer's, in its name."""
     for source, since, meaning in (("imagenex852-echosounder/19_26_51-*.852", "2016-11-18T19:29:10.170Z", "dates taken as UTC"),
-                                   ("ping360-openwater-pingviewer/20240814-094253162.bin", "1970-01-01T00:00:00", "counts from the start")):
+                                   ("ping360-openwater-pingviewer/20240814-094253162.bin", "2024-08-14T09:42:53.486Z", "date in the file's name taken as UTC")):
         capture, _ = imported(bench, recording(source))
         info = bench.run(SONARCTL, "capture", "info", capture).stdout
         check("time " + since in info and meaning in info, info)
@@ -278,7 +278,7 @@ def poses_of_a_tlog(bench):
     check(times == sorted(times) and 250 < times[-1] - times[0] < 270, "%g s" % (times[-1] - times[0]))
     capture, _ = imported(bench, recording("ping360-openwater-pingviewer/20240814-094253162.bin"))
     posed, done = add_pose(bench, capture, bench.write("poses.jsonl", "".join(json.dumps(line) + "\n" for line in lines)),
-                           "--offset", "%.6f" % -(times[0] - 0.1))
+                           "--offset", "%.6f" % -(times[0] - 1723628573.3))
     check(done.returncode == 0, done.stderr)
     seen, said = answers(bench, posed)
     check(seen[-1]["sectors"]["pose_age_s"] < 1 and "capture_pose" not in said and "/pose:" not in said, said)
@@ -305,7 +305,8 @@ def depths_of_a_tlog(bench):
 
 
 def poses_of_a_tlog_beside_a_viewer_log(bench):
-    """The name of a Ping-Viewer log is its date, in a time zone that nothing says but the tlog of the same dive."""
+    """The name of a Ping-Viewer log is its date, in a time zone that nothing says but the tlog of the same dive. An import that is told
+    the zone is dated as the tlog is."""
     def tlog(name, begin, seconds):
         data = b""
         for i in range(101):
@@ -329,10 +330,16 @@ def poses_of_a_tlog_beside_a_viewer_log(bench):
         done = bench.run("python/sonard-poses", "--beside", log, dive)
         check(done.returncode == 0 and "taken as UTC+3:30" in done.stderr, done.stderr)
         lines = [json.loads(line) for line in done.stdout.splitlines()]
-        check(abs(lines[0]["t_unix"]) < 1e-3 and abs(lines[0]["attitude_deg"][2] - math.degrees(0.25)) < 1e-3, str(lines[0]))
+        check(abs(lines[0]["t_unix"] - 1723624973) < 1e-3 and abs(lines[0]["attitude_deg"][2] - math.degrees(0.25)) < 1e-3, str(lines[0]))
         posed, done = add_pose(bench, capture, bench.write("poses.jsonl", "".join(json.dumps(line) + "\n" for line in lines)))
         check(done.returncode == 0, done.stderr)
         check(answers(bench, posed)[0][-1]["sectors"]["pose_age_s"] < 1, "the poses are of another time")
+        os.remove(capture)
+        os.remove(posed)
+        capture, told = imported(bench, log, "--zone", "3:30")
+        done = bench.run("python/sonard-poses", dive)
+        posed, done = add_pose(bench, capture, bench.write("poses.jsonl", done.stdout))
+        check(done.returncode == 0 and answers(bench, posed)[0][-1]["sectors"]["pose_age_s"] < 1, done.stderr)
         os.remove(capture)
         os.remove(posed)
     for begin, seconds, options, status, wanted in (
