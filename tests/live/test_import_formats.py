@@ -212,7 +212,7 @@ def relayed_datagrams(_bench):
 
 def seanet(message, payload, packet=0x80, node=2):
     length = len(payload) + 8
-    return b"@%04X" % length + struct.pack("<HBBBBBB", length, node, 255, 0, message, packet, node) + payload + b"\n"
+    return b"@%04X" % length + struct.pack("<HBBBBBB", length, node, 255, length - 5 if length < 256 else 0, message, packet, node) + payload + b"\n"
 
 
 def head_data(bearing, n=300, ticks=33):
@@ -234,6 +234,35 @@ def raw_seanet_bytes(_bench):
     check(heard.kind is tool.Seanet and heard.joined() == data and heard.recording.times_made_up, len(heard.records))
     check(heard.times() == [listened, 2 * listened, 3 * listened, 3 * listened], heard.times())
     check(Heard(b"@hello, world" * 50).kind is None, "a text is no frame")
+
+
+def v4log(frames, begun=38494.5, end=None, index=True):
+    """A record a tenth of a second after the other."""
+    head = bytearray(b"SeaNetV4 Log File V1           \x1a".ljust(80, b"\0"))
+    records = b"".join(struct.pack("<Hd", len(f) - 14 + 15, begun + i * 0.1 / 86400) + f[7:9] + f[10:-1] for i, f in enumerate(frames))
+    settings = b"REGEDIT4 and so on"
+    struct.pack_into("<6I", head, 32, 16, 80, 80 + len(settings), len(frames), 0, 80 + len(settings) + len(records) if index else 0)
+    struct.pack_into("<2d", head, 64, begun, begun + len(frames) / 864000 if end is None else end)
+    return bytes(head) + settings + records + (b"index" if index else b"")
+
+
+def logs_of_seanet_pro(_bench):
+    frames = [seanet(4, bytes(8))] + [head_data(16 * i) for i in range(20)]
+    begun_ns = 1116763200 * 10**9  # 2005-05-22 12:00
+    for options in ({}, {"index": False}, {"end": 0.0}):
+        heard = Heard(v4log(frames, **options))
+        check(heard.kind is tool.V4Log and [data for _, data in heard.records] == frames and not heard.problems, (options, heard.problems))
+        check(heard.times() == [begun_ns + 100 * MS * i for i in range(21)] and heard.recording.meaning_of_times() == "Unix, the log's dates taken as UTC", heard.times())
+    check(Heard(v4log(frames), zone=120).times()[0] == begun_ns - 7200 * 10**9, "zone")
+    good, size = v4log(frames, index=False), len(frames[-1]) + 1
+    at = len(good) - 12 * size
+    for bad, records, left_out in ((good[:at] + b"\xff\xff" + good[at + 2:], 20, size), (good[:at] + b"\0" + good[at + 1:], 20, size),
+                                   (good[:at] + good[at + 30:], 20, size - 30), (good[:at + 9] + b"\0" + good[at + 10:], 20, size), (good[:-100], 20, size - 100),
+                                   (good[:at] + b"between" + good[at:], 21, 7)):
+        heard = Heard(bad)
+        check(len(heard.records) == records and heard.left_out_bytes == left_out and len(heard.problems) == 1, (records, left_out, heard.problems))
+    for options in ({"begun": 0.0}, {"begun": float("nan")}, {"begun": 1e300}):
+        check("no date" in Refusing(v4log(frames, **options)).refused, options)
 
 
 # ---- Imagenex ----
@@ -546,6 +575,6 @@ def broken_at_random(bench):
 
 
 run([(case.__name__, case) for case in (
-    times_of_day, text_dumps, viewer_logs, broken_viewer_logs, the_name_of_a_viewer_log_is_its_date, relayed_datagrams, raw_seanet_bytes, imagenex_blocks,
+    times_of_day, text_dumps, viewer_logs, broken_viewer_logs, the_name_of_a_viewer_log_is_its_date, relayed_datagrams, raw_seanet_bytes, logs_of_seanet_pro, imagenex_blocks,
     broken_imagenex_blocks, svlog_times, svlog_in_any_pieces, files_of_ping_viewer_2, packed_mcap, gzip_files, a_bomb_is_not_unpacked_without_end,
     what_the_program_says, half_a_capture_has_its_configuration, broken_at_random)], gate=ALL)
