@@ -522,6 +522,10 @@ def what_the_program_says(bench):
                          ("/nonexistent", "No such file"), (LOG_HEAD[:-30], "the head of the Ping-Viewer log is cut off")):
         path, said = imported(bench, data, status=1)
         check(wanted in said and not os.path.exists(path), said)
+    made = MadeCapture(bench.path("blueos.mcap"), ("mavlink/out", "json"))
+    made.write([(1, 1000, b"{}")])
+    made.end()
+    check("sonard-poses(1) reads its poses" in imported(bench, bench.path("blueos.mcap"), status=1)[1], "a file of BlueOS")
     for options in (("--sensor", "a/b"), ("--sensor", "x" * 32), ("--zone", "east"), ()):
         done = bench.run(TOOL, *options, box)
         check(done.returncode == 2, done.stderr)

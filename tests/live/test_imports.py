@@ -415,6 +415,43 @@ def unmeasured_positions_of_a_dataflash_log(bench):
         check(seen == [(s, parts) for s in range(1, 13)] and told in said, (seen, said))
 
 
+def poses_of_the_recorder_of_blueos(bench):
+    """Documents on the topic mavlink/out, flags in any of their forms; what another component says, or is no number, is no pose."""
+    path, messages, start_ns = bench.path("blueos.mcap"), [], 1790000000 * 10**9
+
+    def say(second, kind, component=1, **fields):
+        o = {"header": {"system_id": 1, "component_id": component, "sequence": 0}, "message": {"type": kind, "time_boot_ms": 1000 * second, **fields}}
+        messages.append((1, start_ns + second * 10**9, json.dumps(o).encode()))
+
+    def turned(second, yaw, component=1):
+        say(second, "ATTITUDE", component, roll=0.0, pitch=0.1, yaw=yaw, rollspeed=0.0, pitchspeed=0.0, yawspeed=0.0)
+    say(0, "HEARTBEAT", 1, custom_mode=0, mavtype={"type": "MAV_TYPE_GCS"}, autopilot={"type": "MAV_AUTOPILOT_INVALID"})
+    turned(0, 1.0)
+    say(1, "HEARTBEAT", 1, custom_mode=0, mavtype={"type": "MAV_TYPE_SUBMARINE"}, autopilot={"type": "MAV_AUTOPILOT_ARDUPILOTMEGA"})
+    turned(1, math.pi / 2)
+    turned(2, 1.0, 154)  # a gimbal
+    turned(2, None)
+    messages.append((1, start_ns + 2 * 10**9, b"nonsense"))
+    messages.append((2, start_ns + 2 * 10**9, b"{}"))
+    for second, flags in ((3, 831), (4, {"bits": 167}), (5, "EKF_ATTITUDE | EKF_VELOCITY_HORIZ | EKF_VELOCITY_VERT | EKF_POS_HORIZ_ABS"), (6, "ESTIMATOR_CONST_POS_MODE")):
+        say(second, "EKF_STATUS_REPORT", flags=flags)
+        say(second, "LOCAL_POSITION_NED", x=1.0, y=second, z=3.0, vx=0.5, vy=0.0, vz=0.0)
+        say(second, "SCALED_PRESSURE2", press_abs=1600.0, press_diff=0.0, temperature=2000)
+        say(second, "SCALED_PRESSURE2", press_abs=1600.0, press_diff=0.0, temperature=2000)
+    made = MadeCapture(path, ("mavlink/out", "json"), ("video", "json"))
+    made.write(messages)
+    made.end()
+    done = bench.run("python/sonard-poses", "--surface-pressure", "1013.25", path)
+    poses = [json.loads(one) for one in done.stdout.splitlines()]
+    check(done.returncode == 0 and [p for p in poses if "attitude_deg" in p] == [{"t_unix": 1790000001.0, "attitude_deg": [0.0, 5.729578, 90.0]}], done.stdout + done.stderr)
+    check([p["position_m"] for p in poses if "position_m" in p] == [[1.0, 3, 3.0], [1.0, 5, 3.0]] and "left out 2 of 4 positions" in done.stderr, done.stdout + done.stderr)
+    check([p["depth_m"] for p in poses if "depth_m" in p] == [5.8373] * 4 and "bytes are no message" in done.stderr, done.stdout)
+    with open(path, "rb") as f:
+        whole = f.read()
+    done = bench.run("python/sonard-poses", bench.write("cut.mcap", whole[:len(whole) // 2]))
+    check(done.returncode in (0, 1) and "Traceback" not in done.stderr, done.stderr)
+
+
 def drag_of_a_coasting_vehicle(bench):
     """Runs of a vehicle whose drag is known, pitched and with an accelerometer that is off: the drag found is no more, and not much
     less. What is no run is told, and gives no option."""
@@ -514,7 +551,7 @@ def poses_of_a_relay(bench):
 run([("poses_of_a_relay", poses_of_a_relay), ("poses_are_added_and_replayed", poses_are_added_and_replayed), ("poses_meet_a_capture_whose_clock_was_set", poses_meet_a_capture_whose_clock_was_set), ("a_log_has_one_clock_all_along", a_log_has_one_clock_all_along),
      ("a_later_segment_says_when_the_clock_was_set", a_later_segment_says_when_the_clock_was_set), ("poses_of_a_tlog", poses_of_a_tlog),
      ("depths_of_a_tlog", depths_of_a_tlog), ("poses_of_a_tlog_beside_a_viewer_log", poses_of_a_tlog_beside_a_viewer_log), ("poses_of_a_dataflash_log", poses_of_a_dataflash_log),
-     ("unmeasured_positions_of_a_dataflash_log", unmeasured_positions_of_a_dataflash_log), ("drag_of_a_coasting_vehicle", drag_of_a_coasting_vehicle), ("unmeasured_positions_of_a_tlog", unmeasured_positions_of_a_tlog),
+     ("unmeasured_positions_of_a_dataflash_log", unmeasured_positions_of_a_dataflash_log), ("poses_of_the_recorder_of_blueos", poses_of_the_recorder_of_blueos), ("drag_of_a_coasting_vehicle", drag_of_a_coasting_vehicle), ("unmeasured_positions_of_a_tlog", unmeasured_positions_of_a_tlog),
      ("constant_position_of_a_real_log", constant_position_of_a_real_log), ("text_dump", plays(os.path.abspath("tests/replay/box-head.txt"), "ping360")),
      ("ping_viewer", plays("ping360-openwater-pingviewer/20240814-094253162.bin", "ping360")),
      ("ping_viewer_at_60_m", plays("ping360-openwater-pingviewer/20240814-094407726.bin", "ping360, range = 50.0 m")),
