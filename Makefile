@@ -299,7 +299,7 @@ check-web:
 
 # What has one thread has nothing for the thread sanitizer: unit tests of such modules, and live tests of the clients.
 THREADED := $(patsubst %.c,%,$(notdir $(shell grep -lE '"(core/(latency|log|loop|ring|snapshot|worker)|daemon/)|pthread' $(UNIT_SRC))))
-CLIENTS  := $(patsubst %,tests/live/test_%.py,completion docs import_formats imports mavlink mistakes rosbag schema setup top tune web)
+CLIENTS  := $(patsubst %,tests/live/test_%.py,archive completion docs import_formats imports mavlink mistakes rosbag schema setup top tune web)
 TSAN     := CC=clang SAN=thread BUILD=$(BUILD)/tsan
 
 check-san: deps-long
@@ -457,7 +457,7 @@ GUIDES   := NEWS README.md $(wildcard docs/*.md)
 # Guides name these by their places below docs/.
 PAPERS   := $(wildcard docs/devices/*.md docs/pictures/*)
 SCENES   := $(wildcard config/scenes/*.conf)
-EXAMPLES := $(wildcard examples/*.c examples/*.py) $(if $(WEB),$(wildcard examples/prometheus/*))
+EXAMPLES := $(wildcard examples/*.c examples/*.py examples/archive/*) $(if $(WEB),$(wildcard examples/prometheus/*))
 MODULE   := $(wildcard python/sonard/*.py) python/sonard/py.typed
 OPTIONED := sonard sonard-import sonard-mavlink sonard-poses sonard-report sonard-rosbag sonard-tune $(if $(WEB),sonard-web)
 PAGE     := page.py page.html style.gp capture_answers.gp
@@ -516,7 +516,7 @@ uninstall:
 	-@test -n '$(DESTDIR)' || ! command -v systemctl > /dev/null || systemctl disable --now $(SERVICES)
 	@test -n '$(DESTDIR)' || ! command -v systemctl > /dev/null || systemctl stop 'sonard-replay@*.service'
 	rm -f $(foreach f,$(FILES),$(DESTDIR)$(call field,2,$(f))) $(DESTDIR)$(LIBDIR)/libsonard.so
-	-@rmdir $(DESTDIR)$(PYTHONDIR)/sonard $(addprefix $(DESTDIR)$(PREFIX)/share/doc/sonard/,examples/prometheus examples devices pictures) $(DESTDIR)$(PREFIX)/share/sonard/scenes $(DESTDIR)$(PREFIX)/share/doc/sonard $(DESTDIR)$(PREFIX)/share/sonard $(DESTDIR)$(PREFIX)/share/sonard-report $(DESTDIR)$(PREFIX)/share/sonard-tools
+	-@rmdir $(DESTDIR)$(PYTHONDIR)/sonard $(addprefix $(DESTDIR)$(PREFIX)/share/doc/sonard/,examples/prometheus examples/archive examples devices pictures) $(DESTDIR)$(PREFIX)/share/sonard/scenes $(DESTDIR)$(PREFIX)/share/doc/sonard $(DESTDIR)$(PREFIX)/share/sonard $(DESTDIR)$(PREFIX)/share/sonard-report $(DESTDIR)$(PREFIX)/share/sonard-tools
 
 clean:
 	rm -rf $(BUILD) demo
