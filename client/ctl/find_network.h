@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * find_network - where on the network a sonar may be: a Ping360 with the Ethernet option answers a broadcast, a Surveyor
- * and the bridges of BlueOS the question who they are, at the places where they are as delivered. All are asked at once.
- * For setting up only; what is there is for find_sonar to tell.
+ * find_network - where on the network a sonar may be: a Ping360 with the Ethernet option answers a broadcast, a
+ * Surveyor and the bridges of BlueOS the question who they are, at the places where they are as delivered. All are
+ * asked at once. For setting up only; what is there is for find_sonar to tell.
  */
 #ifndef SONARD_FIND_NETWORK_H
 #define SONARD_FIND_NETWORK_H
@@ -25,8 +25,8 @@ struct find_target {
 size_t find_network_targets(struct find_target target[FIND_NETWORK_TARGETS]);
 
 /**
- * find_network - asks them twice, and waits wait_ms for answers each time. Returns how many answered, each once, at most
- * FIND_SONAR_PORTS; address[] are ports as in sonard.conf. What answers cannot be trusted, and is only asked again.
+ * find_network - asks them twice, and waits wait_ms for answers each time. Returns how many answered, each once, at
+ * most FIND_SONAR_PORTS; address[] are ports as in sonard.conf. What answers cannot be trusted: it is only asked again.
  */
 size_t find_network(const struct find_target target[], size_t n, int wait_ms,
                     char address[FIND_SONAR_PORTS][FIND_SONAR_PATH]);
