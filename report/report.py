@@ -15,6 +15,10 @@ the data as CSV. The text is index.md and one file per chapter; a line that begi
                                    fronts; a setting beyond a limit is no use and on no front; a COLUMN has no front.
                                    A MEASURE with ! is dangerous: the worst of the seeds, and MEASURE_seeds says in how
                                    many of them it is above 0; where fewer than 8 seeds were run, the report fails
+  @seeds DATA FROM MEASURE[!]...   one row per setting: medians over seeds, of what is dangerous the worst, as @points has it
+  @claim EXPRESSION :: TEXT        TEXT, where EXPRESSION holds over the data (claims.py); else the run fails. {...} in TEXT,
+                                   and in all other text of a line that begins with @say, is a figure from the data
+  @stated FILE :: TEXT             TEXT with its figures must stand in FILE of the tree, else the run fails
   @judge DATA                      is the default on the front, and what does it give up, in words and a table
   @plot SCRIPT                     gnuplot SCRIPT.gp, with `data` and `out` set
   @figure FILE CAPTION             FILE.svg
@@ -43,6 +47,7 @@ import tempfile
 import time
 
 import page
+from claims import Claims
 from page import HERE, markdown_table, number, read
 
 
@@ -56,9 +61,12 @@ class Report:
         self.build, self.out, self.size = build, out, size
         self.data = os.path.join(out, "data")
         self.figures = 0
+        self.cpu_s = {}
+        self.broken = []
         self.begin = time.monotonic()
         shutil.rmtree(out, ignore_errors=True)
         os.makedirs(self.data)
+        self.claims = Claims(self.data)
 
     # ---- data ----
 
@@ -75,9 +83,18 @@ class Report:
     def program(self, name, *args):
         return [os.path.join(self.build, "tests", name), *args, *([self.size] if self.size else [])]
 
-    def run(self, name, *command):
+    def spend(self, name, command):
+        """Runs a command whose output becomes data; what it took of the processor is kept by the name of the data."""
         with open(os.path.join(self.data, name + ".csv"), "w", encoding="utf-8") as f:
-            subprocess.run(self.program(*command), stdout=f, stderr=subprocess.DEVNULL, check=True)
+            run = subprocess.Popen(command, stdout=f, stderr=subprocess.DEVNULL)
+        _, status, used = os.wait4(run.pid, 0)
+        run.returncode = os.waitstatus_to_exitcode(status)
+        self.cpu_s[name] = used.ru_utime + used.ru_stime
+        if run.returncode:
+            raise subprocess.CalledProcessError(run.returncode, command)
+
+    def run(self, name, *command):
+        self.spend(name, self.program(*command))
 
     def count(self, name, function, *command):
         if not shutil.which("valgrind"):
@@ -88,13 +105,25 @@ class Report:
             dump = os.path.join(folder, "dump")
             valgrind = ["valgrind", "-q", "--tool=callgrind", f"--toggle-collect={function}",
                         "--dump-before=cost_mark", f"--callgrind-out-file={dump}"]
-            with open(os.path.join(self.data, name + ".csv"), "w", encoding="utf-8") as f:
-                subprocess.run(valgrind + self.program(*command), stdout=f, stderr=subprocess.DEVNULL, check=True)
+            self.spend(name, valgrind + self.program(*command))
             rows = self.rows(name)
             for i, row in enumerate(rows, 1):
                 total = int(re.search(r"^totals: (\d+)", read(f"{dump}.{i}"), re.M)[1])
                 row["instructions"] = f"{total / float(row['bins']):.2f}"
         self.save(name, rows)
+
+    def check_knobs(self, name):
+        """Every row of a knob says what it ran, and no two rows of one ran the same."""
+        rows = self.rows(name)
+        if not rows or "knob" not in rows[0]:
+            return
+        if "configuration" not in rows[0]:
+            sys.exit(f"report.py: {name}: rows of knobs do not say which configuration they ran")
+        values = {}
+        for row in rows:
+            key = row["knob"], row["configuration"]
+            if values.setdefault(key, row["value"]) != row["value"]:
+                sys.exit(f"report.py: {name}: {key[0]} = {values[key]} and = {row['value']} ran the same: {key[1]}")
 
     def run_peer(self, name, *_):
         if os.path.exists(self.program("bench_octomap_peer")[0]):
@@ -108,13 +137,14 @@ class Report:
         done = 0
         for alone in (False, True):
             with concurrent.futures.ThreadPoolExecutor(1 if alone else len(os.sched_getaffinity(0))) as pool:
-                jobs = {pool.submit(timed, does[kind], words.split()): words.split()[0] for kind, words in steps
+                jobs = {pool.submit(does[kind], *words.split()): words.split()[0] for kind, words in steps
                         if (kind == "time") == alone}
                 try:
                     for job in concurrent.futures.as_completed(jobs):
                         done += 1
-                        took = job.result()
-                        self.progress(done, len(steps), f"{jobs[job]}, {took:.0f} s")
+                        job.result()
+                        self.check_knobs(jobs[job])
+                        self.progress(done, len(steps), f"{jobs[job]}, {self.cpu_s.get(jobs[job], 0):.1f} s of CPU")
                 finally:
                     pool.shutdown(cancel_futures=True)
 
@@ -148,16 +178,11 @@ class Report:
         for key, rows in seeds.items():
             place = sum(p["knob"] == key[0] for p in points)
             point = {"knob": key[0], "value": key[1], "place": place, "default": rows[0]["default"],
+                     "configuration": rows[0]["configuration"],
                      "cost": counts[key] or costs[key]["ns_per_bin"], "instructions": counts[key]}
             point |= {k: costs[key][k] for k in ("ns_per_bin", "ns_low", "ns_high")}
             for m in measures + shown:
-                values = [float(row[m]) for row in rows]
-                of_seeds = max(values) if m in dangerous else statistics.median(values)
-                point |= {m: f"{of_seeds:.6g}", m + "_low": min(values), m + "_high": max(values)}
-                if m in dangerous:
-                    point[m + "_seeds"] = f"{sum(v > 0 for v in values)} of {len(values)}"
-                    if len(values) < 8 and self.size != "quick":
-                        sys.exit(f"report.py: {errors}: {m} is dangerous, and {len(values)} seeds are too few")
+                point |= self.over_seeds(errors, m, [float(row[m]) for row in rows], m in dangerous)
             points.append(point)
         useful = [p for p in points if all(float(p[m]) <= limit for m, limit in limits.items())]
         for p in points:
@@ -167,6 +192,30 @@ class Report:
         for m in measures:
             tell(points, m)
         self.save(name, points)
+        return ""
+
+    def over_seeds(self, name, measure, values, dangerous):
+        """A measure's columns: of what is dangerous the worst and in how many seeds it is not 0, of the rest the median."""
+        of_seeds = max(values) if dangerous else statistics.median(values)
+        columns = {measure: f"{of_seeds:.6g}", measure + "_low": min(values), measure + "_high": max(values)}
+        if dangerous:
+            columns[measure + "_seeds"] = f"{sum(v > 0 for v in values)} of {len(values)}"
+            if len(values) < 8 and self.size != "quick":
+                sys.exit(f"report.py: {name}: {measure} is dangerous, and {len(values)} seeds are too few")
+        return columns
+
+    def seeds(self, name, data, *measures):
+        of = {}
+        for row in self.rows(data):
+            of.setdefault((row["knob"], row["value"]), []).append(row)
+        summary = []
+        for rows in of.values():
+            alike = {k: v for k, v in rows[0].items() if all(row[k] == v for row in rows) and k not in ("scene", "seed")}
+            for m in measures:
+                alike |= self.over_seeds(data, m.rstrip("!"), [float(row[m.rstrip("!")]) for row in rows], m.endswith("!"))
+            summary.append(alike)
+        columns = list(dict.fromkeys(k for row in summary for k in row))
+        self.save(name, [{k: row.get(k, "") for k in columns} for row in summary])
         return ""
 
     def judge(self, name):
@@ -204,6 +253,32 @@ class Report:
         header = ["measure", "default", "least at no more cost", "there", "its highest price"]
         print(f"{name}: {text}", flush=True)
         return text + "\n\n" + markdown_table(header, rows)
+
+    # ---- conclusions ----
+
+    def broke(self, what):
+        """A conclusion that does not hold; with few repetitions many do not."""
+        if self.size != "quick":
+            self.broken.append(what)
+            print(f"does not hold: {what}", flush=True)
+
+    def claim(self, *words):
+        expression, _, text = " ".join(words).partition(" :: ")
+        text = self.claims.filled(text)
+        if self.claims.holds(expression):
+            return text
+        self.broke(f"{text} ({expression})")
+        return f"**Does not hold in this run:** {text}"
+
+    def say(self, *words):
+        return self.claims.filled(" ".join(words))
+
+    def stated(self, path, *words):
+        text = self.claims.filled(" ".join(words).removeprefix(":: "))
+        if " ".join(text.split()) not in " ".join(read(os.path.join(HERE, "..", path)).split()):
+            self.broke(f"{path} does not state: {text}")
+            return f"- **{path} states something else than:** {text}"
+        return f"- {path}: {text}"
 
     # ---- text ----
 
@@ -266,19 +341,17 @@ class Report:
     def make(self):
         index = read(os.path.join(HERE, "index.md"))
         self.measure([read(os.path.join(HERE, name + ".md")) for name in re.findall(r"^@chapter (\w+)", index, re.M)])
+        self.save("spent", [{"data": name, "cpu_s": f"{cpu_s:.2f}"} for name, cpu_s in sorted(self.cpu_s.items(), key=lambda s: -s[1])])
         text = re.sub(r"\n{3,}", "\n\n", self.expand(index))
         page.make(self.out, text)
-        print(f"report: {self.out}/index.html, {self.figures} figures, {time.monotonic() - self.begin:.0f} s")
+        print(f"report: {self.out}/index.html, {self.figures} figures, {time.monotonic() - self.begin:.0f} s, "
+              f"{sum(self.cpu_s.values()):.0f} s of CPU")
+        if self.broken:
+            sys.exit("report.py: conclusions that do not hold over the data:\n" + "\n".join(self.broken))
 
 
 MEASURED = ("run", "count", "time")
-DIRECTIVES = ("chapter", "peer", "if_peer", "points", "judge", "plot", "figure", "table", "pivot", "beside", "explain", "machine")
-
-
-def timed(do, words):
-    begin = time.monotonic()
-    do(*words)
-    return time.monotonic() - begin
+DIRECTIVES = ("chapter", "peer", "if_peer", "points", "seeds", "claim", "say", "stated", "judge", "plot", "figure", "table", "pivot", "beside", "explain", "machine")
 
 
 def better(q, p, keys):
