@@ -57,7 +57,7 @@ WEBLIB   := $(if $(WEB),$(BUILD)/libweb.a)
 SIMLIB   := $(BUILD)/libsim.a
 SEALIB   := $(BUILD)/libsea.a
 PILOTLIB := $(BUILD)/libpilot.a
-ALL_A    := $(PILOTLIB) $(SEALIB) $(SIMLIB) $(WEBLIB) $(CLIENT) $(DAEMON) $(CONFIG) $(PROTOCOL) $(DRIVERS) $(GRID) $(CORE)
+ALL_A    := $(SEALIB) $(PILOTLIB) $(SIMLIB) $(WEBLIB) $(CLIENT) $(DAEMON) $(CONFIG) $(PROTOCOL) $(DRIVERS) $(GRID) $(CORE)
 
 PROGRAMS := $(BUILD)/sonard $(BUILD)/sonarctl $(BUILD)/sonard-mavlink $(if $(WEB),$(BUILD)/sonard-web)
 LIBRARY  := $(BUILD)/libsonard.so.0

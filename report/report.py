@@ -10,6 +10,8 @@ the data as CSV. The text is index.md and one file per chapter; a line that begi
   @count DATA FUNCTION PROGRAM ARGS...  the same under callgrind: a column of instructions in FUNCTION between two
                                    calls of cost_mark, per `bins` of the row; empty where there is no valgrind
   @if_peer TEXT                    TEXT, where the benchmark's peer is built: a conclusion that rests on it
+  @count_long DATA FUNCTION PROGRAM ARGS...  the same with LONG=1; otherwise the data has one empty row
+  @sweep DATA ERRORS COUNT         one row per setting of report_sweep
   @peer DATA COLUMN[:TITLE]...     what the benchmark's peer says, as data and a table; a sentence where it is not built
   @points DATA ERRORS COST COUNT MEASURE[!][<LIMIT]... [+COLUMN]...  one row per setting: medians over seeds, cost, Pareto
                                    fronts; a setting beyond a limit is no use and on no front; a COLUMN has no front.
@@ -47,7 +49,7 @@ import tempfile
 import time
 
 import page
-from claims import Claims
+from claims import Claims, interval
 from page import HERE, markdown_table, number, read
 
 
@@ -112,6 +114,13 @@ class Report:
                 row["instructions"] = f"{total / float(row['bins']):.2f}"
         self.save(name, rows)
 
+    def count_long(self, name, function, *command):
+        """Callgrind takes minutes: with LONG=1 only."""
+        if self.size == "long":
+            self.count(name, function, *command)
+        else:
+            self.save(name, [{"knob": "", "value": "", "section": "", "configuration": "", "instructions": ""}])
+
     def check_knobs(self, name):
         """Every row of a knob says what it ran, and no two rows of one ran the same."""
         rows = self.rows(name)
@@ -131,9 +140,9 @@ class Report:
 
     def measure(self, texts):
         """Runs every program that the texts name; what measures time comes last, with nothing beside it."""
-        steps = [m for text in texts for m in re.findall(r"^@(run|count|peer|time) (.*)$", text, re.M)]
+        steps = [m for text in texts for m in re.findall(r"^@(run|count|count_long|peer|time) (.*)$", text, re.M)]
         steps.sort(key=lambda step: (LONGEST + (step[1].split()[0],)).index(step[1].split()[0]))
-        does = {"run": self.run, "count": self.count, "peer": self.run_peer, "time": self.run}
+        does = {"run": self.run, "count": self.count, "count_long": self.count_long, "peer": self.run_peer, "time": self.run}
         done = 0
         for alone in (False, True):
             with concurrent.futures.ThreadPoolExecutor(1 if alone else len(os.sched_getaffinity(0))) as pool:
@@ -216,6 +225,30 @@ class Report:
             summary.append(alike)
         columns = list(dict.fromkeys(k for row in summary for k in row))
         self.save(name, [{k: row.get(k, "") for k in columns} for row in summary])
+        return ""
+
+    def sweep(self, name, errors, counts):
+        """A row for each setting of the sweep: the worst seed, how many, and the rate over all with its interval."""
+        instructions = {(r["knob"], r["value"], r["section"]): r["instructions"] for r in self.rows(counts)}
+        of = {}
+        for row in self.rows(errors):
+            of.setdefault((row["knob"], row["value"], row["section"]), []).append(row)
+        table = []
+        for key, rows in of.items():
+            own, *besides = rows[0]["configuration"].split("; ")
+            seeds = {c: [100 * float(r[c]) for r in rows] for c in rows[0] if c.endswith("_share")}
+            low, high = interval(sum(int(r["past"]) for r in rows), sum(int(r["in_way"]) for r in rows))
+            rate = sum(int(r["past"]) for r in rows) / sum(int(r["in_way"]) for r in rows)
+            table.append({"key": own.split(" = ")[0], "value": key[1], "default": rows[0]["default"], "with": "; ".join(besides),
+                          "configuration": rows[0]["configuration"], "past": f"{max(seeds['past_share']):.3g}",
+                          "past_seeds": f"{sum(v > 0 for v in seeds['past_share'])} of {len(rows)}",
+                          "past_rate": f"{100 * rate:.2g} ({100 * low:.2g} to {100 * high:.2g})",
+                          "too_fast": f"{max(seeds['too_fast_share']):.3g}",
+                          **{c: f"{statistics.median(seeds[c + '_share']):.3g}" for c in ("false_block", "unknown", "unsaid", "map_said")},
+                          "map_false": f"{max(seeds['map_false_share']):.3g}",
+                          "cost": f"{statistics.median(float(r['us_per_ping']) for r in rows):.3g}",
+                          "instructions": instructions.get(key, "")})
+        self.save(name, table)
         return ""
 
     def judge(self, name):
@@ -350,8 +383,8 @@ class Report:
             sys.exit("report.py: conclusions that do not hold over the data:\n" + "\n".join(self.broken))
 
 
-MEASURED = ("run", "count", "time")
-DIRECTIVES = ("chapter", "peer", "if_peer", "points", "seeds", "claim", "say", "stated", "judge", "plot", "figure", "table", "pivot", "beside", "explain", "machine")
+MEASURED = ("run", "count", "count_long", "time")
+DIRECTIVES = ("chapter", "peer", "if_peer", "points", "seeds", "sweep", "claim", "say", "stated", "judge", "plot", "figure", "table", "pivot", "beside", "explain", "machine")
 
 
 def better(q, p, keys):

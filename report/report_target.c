@@ -256,7 +256,7 @@ static void run_classes(unsigned seeds, unsigned steps)
     knob_check(methods, METHODS);
     for (int m = HEARD; m <= MINIMUM; m++)
         shipped[m] = shipped_of(&methods[m], SEA_MAX_BINS);
-    printf(KNOB_COLUMNS ",class,below_wall_db,seed,beams,past,past_share,past_max_m,said_share\n");
+    printf(KNOB_COLUMNS ",target,below_wall_db,seed,beams,past,past_share,past_max_m,said_share\n");
     for (size_t c = 0; c < CLASSES; c++)
         for (unsigned step = 0; step < STEPS; step += STEPS / steps)
             for (unsigned seed = 1; seed <= seeds; seed++) {
