@@ -19,7 +19,8 @@
 #include "report/lib/sea.h"
 
 #define SEEDS        8
-#define QUICK_SCENES 2
+#define QUICK_SCENES 1
+#define COUNT_SCENES 8
 #define REPETITIONS  9
 #define HIT_M        0.3  /* an echo so far off the surface is none of it */
 #define DEEP_M       0.25 /* free water so far behind a surface would be driven into */
@@ -287,7 +288,7 @@ int main(int argc, char **argv)
     else if (strcmp(what, "cost") == 0)
         cost(quick ? 3 : REPETITIONS);
     else if (strcmp(what, "count") == 0)
-        count(quick ? QUICK_SCENES : sea_scenes_n);
+        count(quick ? QUICK_SCENES : COUNT_SCENES);
     else if (strcmp(what, "scenes") == 0)
         scenes();
     else {

@@ -239,7 +239,7 @@ int main(int argc, char **argv)
     else if (strcmp(what, "cost") == 0)
         cost(quick ? 1 : REPETITIONS);
     else if (strcmp(what, "count") == 0)
-        count(scenes);
+        count(quick ? 1 : scenes / 2);
     else if (strcmp(what, "spared") == 0)
         spared(scenes, quick ? 1 : REPETITIONS);
     else {

@@ -150,7 +150,7 @@ static void drive(struct sphere *grid, const struct basin *basin, unsigned turn,
     asking->now = (struct answer_now){.now_ns = e.t_ns, .pose_fresh = true, .pose = e.pose};
 }
 
-static void errors_of(const struct knob *setting, unsigned seed)
+static void errors_of(const struct knob *setting, unsigned seed, unsigned turns)
 {
     static struct tally t;
     struct conf conf;
@@ -164,7 +164,7 @@ static void errors_of(const struct knob *setting, unsigned seed)
 
     memset(&t, 0, sizeof t);
     basin_make(&basin, seed);
-    for (unsigned turn = 0; turn < BASIN_TURNS; turn++) {
+    for (unsigned turn = 0; turn < turns; turn++) {
         drive(grid, &basin, turn, &asking);
         basin_place(&basin, turn, place);
         ask_around(&asking, &basin, place, &dice, &t);
@@ -179,13 +179,13 @@ static void errors_of(const struct knob *setting, unsigned seed)
            geo_deg(t.beyond_rad / fmax(t.edges, 1)), stats.cells);
 }
 
-static void errors(unsigned seeds)
+static void errors(unsigned seeds, unsigned turns)
 {
     printf(KNOB_COLUMNS ",scene,seed,false_clear_share,false_block_share,unknown_share,range_median_m,"
                         "range_p95_m,range_max_m,direction_deg,cells\n");
     for (unsigned seed = 1; seed <= seeds; seed++)
         for (size_t i = 0; i < SETTINGS; i++)
-            errors_of(&settings[i], seed);
+            errors_of(&settings[i], seed, turns);
 }
 
 /* ---- cost ---- */
@@ -217,19 +217,23 @@ static void cost(unsigned repetitions)
     }
 }
 
-static void count(unsigned turns)
+/* The first beams of a turn. */
+static void count(unsigned beams)
 {
-    struct asking asking;
+    struct beam_echoes heard;
+    struct echoes e = {.beam = &heard};
     struct basin basin;
 
     basin_make(&basin, 1);
     printf(KNOB_COLUMNS ",bins\n");
     for (size_t k = 0; k < SETTINGS; k++) {
         struct sphere *grid = grid_of(&settings[k]);
-        for (unsigned turn = 0; turn < turns; turn++)
-            drive(grid, &basin, turn, &asking);
+        for (unsigned beam = 0; beam < beams; beam++) {
+            basin_listen(&basin, 0, beam, false, &e);
+            sphere_enter(grid, &e, &mount_identity);
+        }
         knob_print(&settings[k]);
-        printf(",%u\n", turns * BASIN_BEAMS);
+        printf(",%u\n", beams);
         cost_mark();
     }
 }
@@ -241,11 +245,11 @@ int main(int argc, char **argv)
 
     knob_check(settings, SETTINGS);
     if (strcmp(what, "errors") == 0)
-        errors(quick ? 1 : SEEDS);
+        errors(quick ? 1 : SEEDS, quick ? 2 : BASIN_TURNS);
     else if (strcmp(what, "cost") == 0)
         cost(quick ? 3 : REPETITIONS);
     else if (strcmp(what, "count") == 0)
-        count(quick ? 1 : COST_TURNS);
+        count(quick ? BASIN_BEAMS / 4 : BASIN_BEAMS);
     else {
         fprintf(stderr, "usage: report_sphere errors|cost|count [quick]\n");
         return 2;
