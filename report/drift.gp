@@ -8,7 +8,7 @@ length_m(i) = column("submap_m") > 100 ? 33 : column("submap_m")
 
 set terminal svg size 1500,420 font 'sans-serif,13' background 'white' noenhanced dynamic rounded
 set output out.'drift.svg'
-set multiplot layout 1,3 margins 0.07,0.94,0.14,0.88 spacing 0.09,0
+set multiplot layout 1,3 margins 0.07,0.92,0.14,0.86 spacing 0.09,0
 set logscale xy
 set xlabel 'submap_distance, m'
 set xrange [1.5:45]
