@@ -34,7 +34,7 @@
 /* Without the rule for bottoms, which would hide what `target` does. */
 #define TARGET(db)                                                                                                \
     {                                                                                                             \
-        .name = "target", .section = "extract", .value = (db), .more = "[extract]\nbottom = off\n"                           \
+        .name = "target", .section = "extract", .value = (db), .more = "[extract]\nbottom = off\n"                \
     }
 
 static const struct knob settings[] = {

@@ -6,7 +6,7 @@
  * walls and mud as faint as may be, beside a fixed threshold.
  *
  *   report_target seas [quick]           CSV by beam: both heads, eight seeds
- *   report_target classes [quick]        CSV by method, class of target, how faint it is, and seed: both heads, eight seeds
+ *   report_target classes [quick]        CSV by method, kind of target, how faint it is, and seed: eight seeds
  *   report_target waters [FIRST [LAST]]  CSV by beam: of seeds FIRST to LAST (1 to 8; quick: 1)
  *   report_target recordings             CSV: metres per ping
  */
