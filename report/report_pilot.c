@@ -15,8 +15,8 @@
 #include "tests/pilot/tally.h"
 
 #define SEED         20260101u
-#define DRIVES       24
-#define QUICK_DRIVES 3
+#define DRIVES       12
+#define QUICK_DRIVES 1
 #define LONG_DRIVES  1008
 
 static unsigned drives_of(const char *size)
