@@ -250,4 +250,15 @@ def case_ping1d_without_profiles(bench):
     check(7.9 < free_m <= 8 and states == ["blocked"], "free to %g m, %s" % (free_m, states))
 
 
+def case_ping1d_is_not_sure_without_profiles(bench):
+    """A distance that it is not sure of does not block, and ends what was free: not the first one alone."""
+    for pings, state in ((1, "clear"), (2, "unknown"), (20, "unknown")):
+        trip = ping1d(bench, "--without-profiles", "1", mode="request")
+        trip.sonar("distance 3")
+        trip.sonar("confidence 30")
+        trip.pings(pings)
+        free_m, states = ask(trip, 3.3, 5, 7.9)
+        check(states == [state] * 3, "%d pings: free to %g m, %s" % (pings, free_m, states))
+
+
 run([(name[5:], function) for name, function in list(globals().items()) if name.startswith("case_")])
