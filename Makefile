@@ -223,7 +223,7 @@ help:
 	@echo 'make soak       load that stays: a day in virtual time, and an hour in which every wire fails, clients come and go (HOURS, MINUTES)'
 	@echo 'make bench      measure: scaling, ratios, every part by itself; $(BUILD)/bench.json (QUICK=1: shorter, LONG=1: all sizes)'
 	@echo 'make pilot      drive a vehicle by the answers through worlds drawn at random: $(BUILD)/pilot/ (SEEDS=72, so many drives)'
-	@echo 'make score      what is found and said beside rivals, one table (RELEASE=1: once a version, into docs/scores/)'
+	@echo 'make score      what is found and said beside rivals, one table in report/scores/ (RELEASE=1: once a version, over new seeds)'
 	@echo 'make report     error against run time, measured: $(BUILD)/report/index.html, in minutes (QUICK=1: seconds, LONG=1: with a billion updates)'
 	@echo 'make man        the manual pages for man -l, with the keys and methods that the program has'
 	@echo 'make prose      plain English in what people read: glossary, lengths of sentences, spelling (tests/prose)'
@@ -418,7 +418,7 @@ report:
 	@$(MAKE) --no-print-directory programs $(REPORT) $(PEER)
 	@report/report.py --out $(BUILD)/report --build $(BUILD) $(if $(QUICK),--quick,$(if $(LONG),--long))
 
-# One table beside rivals; RELEASE=1: over seeds drawn now, into docs/scores/, once a version.
+# One table beside rivals, in report/scores/; RELEASE=1: over seeds drawn now, once a version.
 .PHONY: score
 score: $(addprefix $(BUILD)/tests/,report_detection report_sectors report_recordings report_water)
 	@report/score.py --build $(BUILD) $(if $(RELEASE),--release)

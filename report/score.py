@@ -4,8 +4,8 @@
 score.py - one table of what sonard finds and says, beside its rivals, so that a change shows what it did to everything at
 once: drawn waters beam by beam and as a ring of sectors, recordings, and the voxel map beside OctoMap.
 
-  score.py               the split to develop on: seeds 1 to 4 of the drawn waters; prints, and writes BUILD/score.md
-  score.py --release     the split that is run once a version: seeds drawn now; writes docs/scores/VERSION.md, which has
+  score.py               the split to develop on: seeds 1 to 4 of the drawn waters; prints, and writes report/scores/develop.md
+  score.py --release     the split that is run once a version: seeds drawn now; writes report/scores/VERSION.md, which has
                          them, and refuses to run where that file is
 
 Rivals: a fixed threshold, the SOCA-CFAR as bruce_slam has it, the rule of ping360_sonar, and OctoMap where it is installed.
@@ -59,9 +59,9 @@ def main():
     arguments.add_argument("--release", action="store_true", help="the split that is run once a version")
     args = arguments.parse_args()
     version = read(os.path.join(HERE, "..", "VERSION")).strip()
-    path = os.path.join(HERE, "..", "docs", "scores", version + ".md") if args.release else os.path.join(args.build, "score.md")
+    path = os.path.join(HERE, "scores", (version if args.release else "develop") + ".md")
     if args.release and os.path.exists(path):
-        sys.exit(f"score.py: docs/scores/{version}.md is there: this split is run once a version")
+        sys.exit(f"score.py: report/scores/{version}.md is there: this split is run once a version")
     first = secrets.randbelow(10**9) if args.release else 1
     text = f"# Score of {version}\n\n{drawn(args.build, first)}\n\n{known(args.build)}\n"
     os.makedirs(os.path.dirname(path), exist_ok=True)
