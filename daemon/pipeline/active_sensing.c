@@ -7,8 +7,8 @@
 #define BAND_DEG 10.0 /* about the horizon, where scanning heads look */
 
 /*
- * Of a pass over the water ahead of a vehicle that drifts only its middle is free: what stood beside it may have come in
- * (grid/sphere/drift.h). So it is wider than what is wanted, by about the drift in a pass at the range that matters.
+ * Of a pass over the water ahead of a vehicle that drifts only its middle is free: what stood beside it may have come
+ * in (grid/sphere/drift.h). So it is wider than what is wanted, by about the drift in a pass at the range that matters.
  */
 #define DRIFT_HALF_DEG 60.0
 

@@ -5,9 +5,8 @@
  * intervals of all directions are made anew from the wedges, so that no number of steps adds up to a drift.
  *
  * A ping is one record. Neighbouring beams of a fan are one wedge as long as together they are no wider than a cell:
- * free where all of them are, part by part. Of pings that a fan sends from nearly the same place the newest is kept. Room
- * is fixed;
- * the oldest ping goes first. Knows no cell and no direction of the grid.
+ * free where all of them are, part by part. Of pings that a fan sends from nearly the same place the newest is kept.
+ * Room is fixed; the oldest ping goes first. Knows no cell and no direction of the grid.
  */
 #ifndef SONARD_WEDGES_H
 #define SONARD_WEDGES_H
