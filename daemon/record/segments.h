@@ -83,8 +83,8 @@ bool segments_message(struct segments *segments, int channel, const struct recor
 void segments_tick(struct segments *segments, uint64_t now_ns);
 
 /**
- * segments_pause - complete the open segment and keep nothing, or start a new one, at now_ns (monotonic). A segment into
- * which nothing was written does not stay. While paused, no disk is touched; a folder that is not there is told then.
+ * segments_pause - complete the open segment and keep nothing, or start a new one, at now_ns (monotonic). A segment
+ * into which nothing was written does not stay. While paused, no disk is touched.
  */
 void segments_pause(struct segments *segments, bool paused, uint64_t now_ns);
 

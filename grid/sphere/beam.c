@@ -377,9 +377,9 @@ static bool cut_patch(const struct beam *b, const struct beam_patch *p, const st
 }
 
 /*
- * Of the rectangles within the ellipse of a part the one about where the cell is at range_m, as much larger than that in
- * width as in height. An angle is no more than its tangent. Where the cell is not wholly in the part as far as that: a
- * square one.
+ * Of the rectangles within the ellipse of a part the one about where the cell is at range_m, as much larger than that
+ * in width as in height. An angle is no more than its tangent. Where the cell is not wholly in the part as far as
+ * that: a square one.
  */
 static bool own_patch(const struct beam *b, enum beam_part part, const struct beam_ray *ray, const struct box *box,
                       double range_m, struct beam_patch *out)

@@ -263,8 +263,8 @@ static void add_worth(struct drift_worth *all, const struct drift_worth *wider)
     }
 }
 
-/* The row of beams of which a part is looked at that is off_rad from its middle. Of a single beam it is counted as if it
- * were as far off the axis all over as where it is farthest. */
+/* The row of beams of which a part is looked at that is off_rad from its middle. Of a single beam it is counted as if
+ * it were as far off the axis all over as where it is farthest. */
 static struct beam_row row_of_part(const struct beam_row *row, float off_rad, float half_rad)
 {
     struct beam_row part = *row;

@@ -368,8 +368,8 @@ static void send_row(const struct row *row)
     now = (struct answer_now){.now_ns = ping.t_ns, .pose_fresh = true, .pose = ping.pose};
 }
 
-/* How far along a direction of the sensor the row detects the target: by the beam nearest to it. All of a beam's opening
- * counts as its edge, its corners, too. */
+/* How far along a direction of the sensor the row detects the target: by the beam nearest to it. All of a beam's
+ * opening counts as its edge, its corners, too. */
 static double heard_m(const struct row *row, double az_rad, double el_rad)
 {
     double aside = INFINITY;
