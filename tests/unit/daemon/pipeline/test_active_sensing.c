@@ -53,7 +53,7 @@ TEST(without_a_velocity_it_scans_plainly)
     int pings[2];
     double wait_s[2];
     for (int steered = 0; steered < 2; steered++) {
-        start(steered ? ACTIVE : PLAIN_ASKED);
+        start(ACTIVE);
         rig.pose.has = POSE_ATTITUDE;
         run_until(rig.now_ns + 150 * SECOND, steered, NULL, 0);
         pings[steered] = rig.pings;
