@@ -36,6 +36,7 @@ measures time.
 import argparse
 import concurrent.futures
 import csv
+import itertools
 import json
 import math
 import os
@@ -348,6 +349,22 @@ class Report:
         self.save(name, [a | b for a, b in zip(self.rows(left), self.rows(right), strict=True)])
         return ""
 
+    def stock(self, name):
+        """What is said below the table, from the table: the report ends where an answer was false."""
+        rows = self.rows(name)
+        wrong = sum(int(row["false"]) for row in rows)
+        if wrong:
+            sys.exit(f"report.py: {name}: {wrong} answers were false")
+        slow = sorted(rows, key=lambda row: float(row["bound_mps"]))
+        ordered = all(float(a["said"]) >= float(b["said"])
+                      for place in {row["place"] for row in rows}
+                      for a, b in itertools.pairwise([row for row in slow if row["place"] == place]))
+        text = "No answer was false. " + (
+            "The more is allowed for, the less is said, at each place." if ordered else
+            "**Finding: more is said in a place although more is allowed for.**")
+        print(f"{name}: {text}", flush=True)
+        return text
+
     def explain(self, scene):
         conf = os.path.join(HERE, "..", "config", "scenes", scene + ".conf")
         plan = json.loads(subprocess.run([os.path.join(self.build, "sonard"), "-c", conf, "--explain=json"],
@@ -388,7 +405,7 @@ class Report:
 
 
 MEASURED = ("run", "count", "count_long", "time")
-DIRECTIVES = ("chapter", "peer", "if_peer", "points", "seeds", "sweep", "claim", "say", "stated", "judge", "plot", "figure", "table", "pivot", "beside", "explain", "machine")
+DIRECTIVES = ("chapter", "peer", "if_peer", "points", "seeds", "sweep", "claim", "say", "stated", "judge", "plot", "figure", "table", "pivot", "beside", "stock", "explain", "machine")
 
 
 def better(q, p, keys):
