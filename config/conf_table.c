@@ -633,7 +633,10 @@ const struct conf_key conf_keys[] = {
     {"record", "start", WORDS("at_once", "on_request"), .standard = "at_once", CONF(record.start),
      .help = "When recording begins. on_request: with sonarctl record start, the method record_start, or the "
              "button of\n"
-             "the page. It ends with record stop, and can begin again, in a new file."},
+             "the page. It ends with sonarctl record stop, and can begin again, in a new file. Then no recording "
+             "removes "
+             "another's\n"
+             "files: files limits each by itself."},
 
     {"log", "level", LIVE, WORDS("err", "warning", "notice", "info", "debug"), .standard = "info", CONF(log.level),
      .help = "Least severe event to write."},

@@ -7,6 +7,7 @@
 #include <errno.h>
 #include <getopt.h>
 #include <inttypes.h>
+#include <limits.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
@@ -126,12 +127,29 @@ static int repair(const char *in_path, const char *out_path)
 
 /* ---- command line ---- */
 
+/* Where the search path has none: beside this program, or in the source tree that it was built in. */
+static void run_beside(char **argv)
+{
+    static const char *const places[] = {"", "../python/"};
+    char own[PATH_MAX], path[PATH_MAX + 64];
+    const ssize_t n = readlink("/proc/self/exe", own, sizeof own - 1);
+    own[n > 0 ? n : 0] = '\0';
+    char *name = strrchr(own, '/');
+
+    for (size_t i = 0; name && i < sizeof places / sizeof *places; i++) {
+        snprintf(path, sizeof path, "%.*s%s" IMPORTER, (int)(name + 1 - own), own, places[i]);
+        execv(path, argv);
+    }
+}
+
 /* sonard-import(1) takes over, with the arguments behind `import`; returns only where it is not there. */
 static int run_import(char **argv)
 {
     argv[0] = (char *)(uintptr_t)IMPORTER;
     execvp(argv[0], argv);
     const int why = errno;
+    if (why == ENOENT)
+        run_beside(argv);
     return capture_failed(IMPORTER "%s: %s",
                           why == ENOENT ? ", which makes captures of recordings, is not installed" : "",
                           why == ENOENT ? "install sonard-tools" : strerror(why));

@@ -54,14 +54,42 @@ int command_blocked(struct context *context)
     return status;
 }
 
+#define BEGIN_TRIES    20
+#define BEGIN_EVERY_NS 100000000
+
+/* The daemon's disk has its own pace: asked again until a file is there, or the disk has refused one. */
+static json_t *wait_begun(struct context *context, json_t *result, int *status)
+{
+    const json_int_t before = json_integer_value(json_object_get(result, "errors"));
+
+    for (int i = 0; result && i < BEGIN_TRIES && !json_is_true(json_object_get(result, "recording")) &&
+                    json_integer_value(json_object_get(result, "errors")) == before;
+         i++) {
+        nanosleep(&(struct timespec){.tv_nsec = BEGIN_EVERY_NS}, NULL);
+        json_decref(result);
+        result = command_call(context, "record_start", context->arguments.options, status);
+    }
+    return result;
+}
+
 int command_record(struct context *context)
 {
     const char *word = context->arguments.word[0];
     const bool start = strcmp(word, "start") == 0;
+    const char *method = start ? "record_start" : "record_stop";
+    int status;
 
     if (!start && strcmp(word, "stop") != 0)
         return command_usage("record", "expected start or stop");
-    return command_call_and_print(context, start ? "record_start" : "record_stop", context->arguments.options);
+    json_t *result = command_call(context, method, context->arguments.options, &status);
+    if (start)
+        result = wait_begun(context, result, &status);
+    if (!result)
+        return status;
+    command_print(context, method, result);
+    status = start && !json_is_true(json_object_get(result, "recording")) ? EXIT_OUTPUT : EXIT_CLEAR;
+    json_decref(result);
+    return status;
 }
 
 int command_explain(struct context *context)

@@ -373,6 +373,8 @@ static void show_record(const struct page *page, const json_t *record)
         fprintf(page->out, "to %s", page_text(a, record, "path"));
     else if (json_is_true(json_object_get(record, "paused")))
         fprintf(page->out, "waits for sonarctl record start");
+    else if (errors == 0)
+        fprintf(page->out, "begins");
     else
         page_word(page, PAGE_RED, 0, "stopped");
     fprintf(page->out, ", %lld message%s, %lld lost\n", messages, page_plural(messages),

@@ -341,8 +341,8 @@ static void write_record(struct json_out *out, const struct methods_env *d)
 static bool pause_record(const struct methods_env *d, bool paused, struct json_out *out, struct rpc_error *error)
 {
     if (!d->record) {
-        rpc_refuse(error, RPC_INVALID_REQUEST, "nothing can be recorded: [record] directory names no folder%s",
-                   d->playing ? ", and a replay records nothing" : "");
+        rpc_refuse(error, RPC_INVALID_REQUEST, "nothing can be recorded: %s",
+                   d->playing ? "this is a replay" : "[record] directory names no folder");
         return false;
     }
     if (record_paused(d->record) != paused)

@@ -27,6 +27,9 @@ struct entry {
     uint32_t n;
 };
 
+/* In place of a channel: from here on nothing is kept, or all is again. */
+enum { PAUSE = -1, GO_ON = -2 };
+
 struct block {
     uint32_t used;
     uint8_t bytes[BLOCK_BYTES];
@@ -36,7 +39,7 @@ struct record {
     /* the loop's */
     uint32_t filling; /* the block that messages go to, or NO_BLOCK */
     uint64_t messages, overflows, taken_bytes;
-    bool paused;
+    bool paused, told; /* as asked for, and as the thread was told in order with the messages */
 
     /* the thread's, once it runs */
     struct segments *segments;
@@ -47,7 +50,7 @@ struct record {
     struct ring idle, ready;
     struct block *block;
     int wake_fd, end_fd;
-    _Atomic bool ending, pausing;
+    _Atomic bool ending;
     _Atomic bool left; /* by record_close, for want of patience, or by the writer: the second of them releases */
     _Atomic uint64_t written_bytes;
     SNAPSHOT_OF(struct segments_status) status;
@@ -60,7 +63,10 @@ static void write_block(struct record *rec, const struct block *block)
     for (uint32_t at = 0; at < block->used;) {
         struct entry e;
         memcpy(&e, block->bytes + at, sizeof e);
-        segments_message(rec->segments, e.channel, &e.then, block->bytes + at + sizeof e, e.n);
+        if (e.channel < 0)
+            segments_pause(rec->segments, e.channel == PAUSE, e.then.t_ns);
+        else
+            segments_message(rec->segments, e.channel, &e.then, block->bytes + at + sizeof e, e.n);
         at += (uint32_t)sizeof e + e.n;
     }
     atomic_fetch_add_explicit(&rec->written_bytes, block->used, memory_order_relaxed);
@@ -84,15 +90,10 @@ static void *writer(void *ctx)
         poll(&wake, 1, TICK_MS);
         (void)!read(rec->wake_fd, &count, sizeof count);
         ending = atomic_load_explicit(&rec->ending, memory_order_acquire);
-        const bool pausing = atomic_load_explicit(&rec->pausing, memory_order_acquire);
-        if (!pausing)
-            segments_pause(rec->segments, false, loop_clock());
         while (ring_take(&rec->ready, &i)) {
             write_block(rec, &rec->block[i]);
             ring_put(&rec->idle, i);
         }
-        if (pausing)
-            segments_pause(rec->segments, true, loop_clock());
         segments_tick(rec->segments, loop_clock());
         publish(rec);
     }
@@ -129,6 +130,21 @@ static struct block *block_for(struct record *rec, size_t bytes)
     return &rec->block[rec->filling];
 }
 
+/* False: there is no room for it yet, and messages that come are lost. */
+static bool tell(struct record *rec)
+{
+    const uint64_t now_ns = loop_clock();
+    const struct entry e = {.then = {now_ns, now_ns}, .channel = rec->paused ? PAUSE : GO_ON};
+    struct block *block = rec->told == rec->paused ? NULL : block_for(rec, sizeof e);
+    if (!block)
+        return rec->told == rec->paused;
+    memcpy(block->bytes + block->used, &e, sizeof e);
+    block->used += (uint32_t)sizeof e;
+    rec->taken_bytes += sizeof e;
+    rec->told = rec->paused;
+    return true;
+}
+
 bool record_message(struct record *rec, int channel, uint64_t t_ns, const void *data, size_t n)
 {
     return record_message_of(rec, channel, &(struct record_time){t_ns, t_ns}, data, n);
@@ -139,7 +155,7 @@ bool record_message_of(struct record *rec, int channel, const struct record_time
     struct entry e = {.then = *then, .channel = channel, .n = (uint32_t)n};
     if (rec->paused)
         return true;
-    struct block *block = n <= SEGMENTS_MESSAGE_BYTES ? block_for(rec, sizeof e + n) : NULL;
+    struct block *block = tell(rec) && n <= SEGMENTS_MESSAGE_BYTES ? block_for(rec, sizeof e + n) : NULL;
     rec->messages++;
     if (!block) {
         rec->overflows++;
@@ -156,17 +172,15 @@ bool record_message_of(struct record *rec, int channel, const struct record_time
 
 void record_tick(struct record *rec)
 {
+    tell(rec);
     hand_over(rec);
 }
 
-/* What was taken before is handed over before the writer sees that it is to pause. */
 void record_pause(struct record *rec, bool paused)
 {
-    uint64_t one = 1;
-    hand_over(rec);
     rec->paused = paused;
-    atomic_store_explicit(&rec->pausing, paused, memory_order_release);
-    (void)!write(rec->wake_fd, &one, sizeof one);
+    tell(rec);
+    hand_over(rec);
 }
 
 bool record_paused(const struct record *rec)
@@ -230,8 +244,7 @@ struct record *record_open(const struct segments_conf *conf, uint64_t now_ns, st
         release(rec);
         return NULL;
     }
-    rec->paused = conf->paused;
-    atomic_init(&rec->pausing, conf->paused);
+    rec->paused = rec->told = conf->paused;
     publish(rec);
     return rec;
 }

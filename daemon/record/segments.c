@@ -36,8 +36,9 @@ struct segments {
     size_t conf_size;
     uint64_t file_size, unix_offset_ns;
     int files;
+    bool on_request;        /* each recording by itself: its segments push out no other's */
     bool own_disk;          /* the folder was at first on another than the system's */
-    char stamp[STAMP_SIZE]; /* of the start */
+    char stamp[STAMP_SIZE]; /* of the recording's start */
     unsigned segment;       /* number of the newest */
     struct topic topic[SEGMENTS_CHANNELS_MAX];
     int n_topics;
@@ -110,6 +111,8 @@ static int oldest_segment(const struct segments *segments, char *name, size_t na
         if (!parse_name(entry->d_name, &segment) || !is_file(dirfd(dir), entry->d_name))
             continue;
         segment.this_run = strcmp(segment.stamp, segments->stamp) == 0;
+        if (segments->on_request && !segment.this_run)
+            continue;
         if (n++ == 0 || older(&segment, &oldest)) {
             oldest = segment;
             snprintf(name, name_size, "%s", entry->d_name);
@@ -247,7 +250,8 @@ static bool begin_part(struct segments *segments, uint64_t now_ns, struct fault 
     }
     segments->lost_in_file = segments->kept_in_file = 0;
     segments->status.recording = segments->wait_ns == 0; /* else when the disk has taken something */
-    segments->status.segments++;
+    if (segments->status.segments++ == 0)
+        segments->own_disk = segments->own_disk || !on_system_disk(segments);
     sync_directory(segments);
     remove_old_segments(segments);
     return true;
@@ -371,6 +375,15 @@ static bool copy_settings(struct segments *segments, const struct segments_conf 
     return true;
 }
 
+static void set_stamp(struct segments *segments, uint64_t now_ns)
+{
+    const time_t start = (time_t)((segments->unix_offset_ns + now_ns) / 1000000000u);
+    struct tm utc;
+    if (!gmtime_r(&start, &utc) || strftime(segments->stamp, sizeof segments->stamp, "%Y%m%dT%H%M%SZ", &utc) == 0)
+        snprintf(segments->stamp, sizeof segments->stamp, "00000000T000000Z");
+    segments->segment = 0;
+}
+
 struct segments *segments_open(const struct segments_conf *conf, uint64_t now_ns, struct fault *fault)
 {
     struct segments *segments = calloc(1, sizeof *segments);
@@ -382,18 +395,15 @@ struct segments *segments_open(const struct segments_conf *conf, uint64_t now_ns
     segments->file_size = conf->file_size;
     segments->files = conf->files;
     segments->unix_offset_ns = conf->unix_offset_ns;
-    time_t start = (time_t)((conf->unix_offset_ns + now_ns) / 1000000000u);
-    struct tm utc;
-    if (!gmtime_r(&start, &utc) || strftime(segments->stamp, sizeof segments->stamp, "%Y%m%dT%H%M%SZ", &utc) == 0)
-        snprintf(segments->stamp, sizeof segments->stamp, "00000000T000000Z");
-
-    struct fault why;
-    if (begin_part(segments, now_ns, &why)) {
-        segments->own_disk = !on_system_disk(segments);
-        if (conf->paused)
-            segments_pause(segments, true, now_ns);
+    segments->on_request = segments->status.paused = conf->paused;
+    if (conf->paused) {
+        segments->own_disk = access(conf->directory, F_OK) == 0 && !on_system_disk(segments);
         return segments;
     }
+    struct fault why;
+    set_stamp(segments, now_ns);
+    if (begin_part(segments, now_ns, &why))
+        return segments;
     fault_set(fault, "recording to %s: %s", conf->directory, why.text);
     segments_close(segments);
     return NULL;
@@ -465,11 +475,15 @@ void segments_tick(struct segments *segments, uint64_t now_ns)
 static void complete_part(struct segments *segments)
 {
     struct fault fault;
-    const struct mcap_written written = mcap_written(segments->file);
-    if (written.messages + written.waiting == 0) {
+    const bool flushed = mcap_written(segments->file).waiting == 0 || mcap_flush(segments->file, &fault);
+    const char *why = !flushed ? fault.text : in_its_place(segments) ? NULL : misplaced(segments);
+    if (why) {
+        note_error(segments, why);
+        count_lost(segments, flushed);
+        give_up_part(segments);
+    } else if (mcap_written(segments->file).messages == 0) {
         give_up_part(segments);
     } else if (!mcap_finish(segments->file, &fault)) {
-        segments->status.lost_messages += written.waiting;
         note_error(segments, fault.text);
     }
     segments->file = NULL;
@@ -482,10 +496,13 @@ void segments_pause(struct segments *segments, bool paused, uint64_t now_ns)
     segments->status.paused = paused;
     segments->status.recording = false;
     segments->wait_ns = 0;
-    if (paused && segments->file)
-        complete_part(segments);
-    else if (!paused)
-        start_part(segments, now_ns);
+    if (paused) {
+        if (segments->file)
+            complete_part(segments);
+        return;
+    }
+    set_stamp(segments, now_ns);
+    start_part(segments, now_ns);
 }
 
 const struct segments_status *segments_status(const struct segments *segments)

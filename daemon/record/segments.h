@@ -56,13 +56,14 @@ struct segments_conf {
     const char *conf_text; /* attached to every segment as sonard.conf; copied */
     size_t conf_size;
     uint64_t unix_offset_ns; /* Unix time minus monotonic time: log times are monotonic times plus this */
-    bool paused;             /* at first, see segments_pause */
+    bool paused; /* at first, see segments_pause: no disk is touched; files are those of a single recording */
 };
 
 /**
  * segments_open - start recording at now_ns (monotonic).
  *
- * Files are named sonard-YYYYmmddTHHMMSSZ-NNN.mcap after the UTC time of the start and the number of the segment.
+ * Files are named sonard-YYYYmmddTHHMMSSZ-NNN.mcap after the UTC time at which recording began and the number of the
+ * segment.
  * NULL with a sentence in fault. Allocates what a segment needs; later segments allocate anew when they begin.
  */
 struct segments *segments_open(const struct segments_conf *conf, uint64_t now_ns, struct fault *fault);

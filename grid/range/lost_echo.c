@@ -151,7 +151,8 @@ static void end_pass(struct lost_echo *l)
 
     if (l->pass.looks < PASS_LOOKS)
         return;
-    r->back = l->pass.silent > 0 && r->back > 0 ? r->back - 1 : 0; /* heard by every look: it hears */
+    r->back -= r->back > 0;
+    r->heard = l->pass.heard == l->pass.looks;
     r->gone |= l->pass.silent == l->pass.looks && r->range_m > 0.0f;
 }
 
@@ -167,6 +168,7 @@ static void pass_on(struct lost_echo *l, const struct echoes *e)
         l->pass = (struct lost_echo_pass){.part = part};
     }
     l->pass.looks++;
+    l->pass.heard += beam->n > 0;
     l->pass.silent += beam->n == 0 && beam->state == BEAM_SILENT && r->range_m > beam->heard_from_m &&
                       r->range_m < beam->heard_to_m;
     if (!echo)
@@ -175,27 +177,32 @@ static void pass_on(struct lost_echo *l, const struct echoes *e)
     *r = (struct lost_echo_return){.pose = e->pose,
                                    .range_m = echo->range_m,
                                    .back_ns = again ? e->t_ns : r->back_ns,
-                                   .back = again ? BACK_PASSES : r->back};
+                                   .back = again ? BACK_PASSES : r->back,
+                                   .heard = r->heard};
 }
 
-/* Parts of which the echo came back lately. */
+/* Parts of which the echo came back lately; none once every look of the last pass through each of them had an echo. */
 static uint32_t came_back(const struct lost_echo *l, uint64_t now_ns)
 {
     uint32_t n = 0;
+    bool all_heard = true;
 
     for (int k = 0; k < LOST_ECHO_PARTS; k++)
-        n += l->again[k].back > 0 && now_ns <= l->again[k].back_ns + BACK_NS;
-    return n;
+        if (l->again[k].back > 0 && now_ns <= l->again[k].back_ns + BACK_NS) {
+            n++;
+            all_heard = all_heard && l->again[k].heard;
+        }
+    return all_heard ? 0 : n;
 }
 
 bool lost_echo_run(struct lost_echo *l, struct echoes *e)
 {
+    if (e->turns && e->n_beams == 1)
+        pass_on(l, e);
     if (take_echoes(l, e))
         hear(l, e);
     else
         take_silence(l, e);
-    if (e->turns && e->n_beams == 1)
-        pass_on(l, e);
     l->doubt = l->lost >= (e->n_beams > 1 ? FAN_LOST : HEAD_LOST) || came_back(l, e->t_ns) >= HEAD_LOST;
     for (uint32_t i = 0; i < e->n_beams && l->doubt; i++)
         beam_frees_nothing(&e->beam[i]);

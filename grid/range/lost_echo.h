@@ -38,18 +38,21 @@ struct lost_echo_return {
     float range_m;    /* 0: there was none */
     bool gone;        /* a whole pass showed nothing since */
     uint64_t back_ns; /* when it last was there again after that ... */
-    uint32_t back;    /* ... which counts for so many passes more, or until each look of one has an echo */
+    uint32_t back;    /* ... which counts for so many passes more */
+    bool heard;       /* every look of its last pass had an echo */
 };
 
 /* Of a head, through the part that it is in. */
 struct lost_echo_pass {
-    uint32_t part, looks, silent; /* looks without any echo, where the part's last would have been detected */
+    uint32_t part, looks;
+    uint32_t heard,
+        silent; /* looks with an echo; and without any, where the part's last would have been detected */
 };
 
 /* All zero: nothing was heard yet. */
 struct lost_echo {
     uint32_t lost; /* parts, since the last echo */
-    bool doubt;    /* until the next echo */
+    bool doubt;
     struct lost_echo_part part[LOST_ECHO_PARTS];
     struct lost_echo_row row[LOST_ECHO_ROWS];
     struct lost_echo_pass pass;
@@ -66,7 +69,8 @@ struct lost_echo {
  *
  * A receiver that hears one ping in twenty has such an echo all the while. But what has left does not come back to
  * where it was: strong echoes in six parts of a head that a whole pass of it did not show, and that are there again at
- * the same range, are a doubt for eight passes, or until every look of a pass has an echo. O(beams).
+ * the same range, are a doubt for eight passes, or until every look of a pass through all of them has an
+ * echo. O(beams).
  */
 bool lost_echo_run(struct lost_echo *l, struct echoes *echoes);
 

@@ -290,6 +290,8 @@ static void carve_direction(struct sphere *s, const struct look *l)
         const double part = share_heard(b->heard, range - doubt_m, range + doubt_m + thick / 2);
         if (part <= 0 || !beam_sees(b, cell, &(struct beam_spot){l->ray.u, place, range}, half_az, half_el, &view))
             continue;
+        if (part < 1 && hypot(view.off_az / half_az, view.off_el / half_el) > part)
+            continue;
         double share = beam_share(view.off_az, part * half_az - aside - adrift_rad(s, c, b->ping), view.wide_rad) *
                        beam_share(view.off_el, part * half_el - aside, view.high_rad);
         if (share < MIN_CARVE_SHARE || c->state == CELL_LOCKED)

@@ -365,7 +365,7 @@ def settings(bench):
     check(client.call("status")["grids"][0]["clear_for_s"] == 21, "the daemon knows nothing of it")
     press_record()
     until(recording, "a recording: " + browser.text("#record-said"))
-    until(lambda: browser.text("#record").startswith("Recording sonard-"), "its name: " + browser.text("#record"))
+    until(lambda: browser.text("#record").startswith("Stop recording sonard-"), "its name: " + browser.text("#record"))
     browser.do("press", selector="#record", key="Enter")
     until(lambda: not recording() and browser.text("#record") == "Record", "its end: " + browser.text("#record"))
     browser.do("click", selector="#tab-sonar")

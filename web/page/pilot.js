@@ -47,7 +47,7 @@ function showRecording() {
   b.hidden = !r;
   if (!r) return;
   b.setAttribute("aria-pressed", String(!r.paused));
-  b.textContent = r.paused ? "Record" : r.recording ? `Recording ${r.path.split("/").pop()}` : "Recording has stopped: see the warnings";
+  b.textContent = r.paused ? "Record" : r.recording ? `Stop recording ${r.path.split("/").pop()}` : r.error ? "Recording has stopped: see the warnings" : "Recording begins …";
 }
 
 export function showPilot() {

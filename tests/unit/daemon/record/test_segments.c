@@ -344,14 +344,38 @@ TEST(a_pause_completes_the_segment_and_the_next_one_goes_on)
     segments_pause(segments, false, SECOND);
     CHECK_INT(feed(segments, rx, 30, 5), 5);
     segments_close(segments);
-    CHECK_STR(names(), "sonard-20231114T221320Z-001.mcap sonard-20231114T221320Z-002.mcap");
+    CHECK_STR(names(), "sonard-20231114T221320Z-001.mcap sonard-20231114T221321Z-001.mcap");
     const struct content first = read_part("sonard-20231114T221320Z-001.mcap"),
-                         second = read_part("sonard-20231114T221320Z-002.mcap");
+                         second = read_part("sonard-20231114T221321Z-001.mcap");
     CHECK(first.conf && second.conf);
     CHECK_INT(first.messages, 10);
     CHECK_INT(first.last, 19);
     CHECK_INT(second.messages, 5);
     CHECK_INT(second.last, 34);
+    remove_dir();
+}
+
+/* A pilot's dives are kept, however many; a single one is limited as ever. */
+TEST(on_request_no_recording_pushes_out_another)
+{
+    make_dir();
+    struct segments *segments = segments_open(&(struct segments_conf){.directory = dir,
+                                                                      .file_size = 16384,
+                                                                      .files = 2,
+                                                                      .conf_text = CONF,
+                                                                      .conf_size = strlen(CONF),
+                                                                      .unix_offset_ns = UNIX_OFFSET,
+                                                                      .paused = true},
+                                              0, &fault);
+    const int rx = segments_channel(segments, "/front/rx", "octet-stream");
+    for (unsigned dive = 0; dive < 4; dive++) {
+        segments_pause(segments, false, dive * SECOND);
+        feed(segments, rx, dive * 100, dive == 3 ? 900 : 1);
+        segments_pause(segments, true, dive * SECOND + 1);
+    }
+    segments_close(segments);
+    CHECK(strstr(names(), "221320Z-001") && strstr(names(), "221321Z-001") && strstr(names(), "221322Z-001"));
+    CHECK(!strstr(names(), "221323Z-001"));
     remove_dir();
 }
 
@@ -383,6 +407,7 @@ int main(void)
     RUN(folder_is_made_or_the_fault_is_said);
     RUN(message_over_the_limit_is_lost_and_counted);
     RUN(a_pause_completes_the_segment_and_the_next_one_goes_on);
+    RUN(on_request_no_recording_pushes_out_another);
     RUN(after_a_pause_a_folder_that_has_gone_is_made_again);
     return test_end();
 }

@@ -132,6 +132,29 @@ TEST(a_receiver_that_hears_now_and_then_is_doubted)
     ping.turns = false;
 }
 
+/* A loose plug hears whole parts of a turn, and is deaf in others. */
+TEST(a_receiver_that_hears_in_bursts_is_doubted)
+{
+    static const int bursts[][2] = {{20, 57}, {60, 470}, {100, 430}};
+    for (size_t i = 0; i < sizeof bursts / sizeof bursts[0]; i++) {
+        const int hears = bursts[i][0], turns = hears + bursts[i][1];
+        uint64_t seed = test_seed();
+        int doubted = 0;
+        begin();
+        turns_that_hear(2, 1, 100, 3, &seed);
+        for (int k = 0; k < 14 * 400; k++) {
+            look(&beam[0], 0.9 * (k % 400), k % turns < hears ? 3 : 0);
+            beam[0].echo[0].level = 100;
+            ping.turns = true;
+            doubted += run(1) && k >= 6 * 400;
+        }
+        CHECK(doubted > 8 * 400 * 9 / 10);
+        turns_that_hear(2, 1, 100, 3, &seed); /* the plug is pressed home */
+        CHECK_INT(turns_that_hear(1, 1, 100, 3, &seed), 0);
+        ping.turns = false;
+    }
+}
+
 TEST(who_has_moved_expects_nothing)
 {
     static const struct {
@@ -377,6 +400,7 @@ int main(void)
     RUN(echoes_that_are_gone_on_all_sides_are_a_doubt_until_the_next);
     RUN(one_obstacle_may_leave);
     RUN(a_receiver_that_hears_now_and_then_is_doubted);
+    RUN(a_receiver_that_hears_in_bursts_is_doubted);
     RUN(who_has_moved_expects_nothing);
     RUN(only_what_was_shown_is_missed);
     RUN(a_fan_that_loses_all_at_once_is_doubted);
