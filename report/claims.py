@@ -13,6 +13,10 @@ import statistics
 from page import number
 
 
+class Missing(ValueError):
+    """No row has what was asked for: a quick run measures less."""
+
+
 class Claims:
     def __init__(self, data):
         self.data = data
@@ -26,7 +30,7 @@ class Claims:
                 self.read[data] = list(csv.DictReader(f))
         found = [r for r in self.read[data] if all(r[k] == str(v) for k, v in where.items())]
         if not found:
-            raise ValueError(f"{data}: no row with {where}")
+            raise Missing(f"{data}: no row with {where}")
         return found
 
     def column(self, data, name, **where):
@@ -71,6 +75,8 @@ class Claims:
     def value(self, expression):
         try:
             return eval(expression, self.words())  # pylint: disable=eval-used
+        except Missing:
+            raise
         except Exception as fault:
             raise ValueError(f"{expression}: {fault}") from fault
 

@@ -50,7 +50,7 @@ import tempfile
 import time
 
 import page
-from claims import Claims, interval
+from claims import Claims, Missing, interval
 from page import HERE, markdown_table, number, read
 
 
@@ -61,6 +61,18 @@ LONGEST = ("long", "pilot_drives", "extract_count", "sweep_errors", "voxel_setti
 
 # Callgrind takes most of a quick run's time; one count is enough to try the machinery.
 COUNTED_IN_QUICK = "saturated_count"
+
+
+def unless_missing(conclude):
+    """A quick run does not measure all that the text concludes from."""
+    def within(report, *words):
+        try:
+            return conclude(report, *words)
+        except Missing as missing:
+            if report.size != "quick":
+                raise
+            return f"*Not measured in a quick run: {missing}.*"
+    return within
 
 
 class Report:
@@ -300,6 +312,7 @@ class Report:
             self.broken.append(what)
             print(f"does not hold: {what}", flush=True)
 
+    @unless_missing
     def claim(self, *words):
         expression, _, text = " ".join(words).partition(" :: ")
         text = self.claims.filled(text)
@@ -308,9 +321,11 @@ class Report:
         self.broke(f"{text} ({expression})")
         return f"**Does not hold in this run:** {text}"
 
+    @unless_missing
     def say(self, *words):
         return self.claims.filled(" ".join(words))
 
+    @unless_missing
     def stated(self, path, *words):
         text = self.claims.filled(" ".join(words).removeprefix(":: "))
         if " ".join(text.split()) not in " ".join(read(os.path.join(HERE, "..", path)).split()):
@@ -321,10 +336,18 @@ class Report:
     # ---- text ----
 
     def plot(self, script):
-        page.gnuplot(script, self.data, self.out)
+        try:
+            page.gnuplot(script, self.data, self.out)
+        except subprocess.CalledProcessError:
+            if self.size != "quick":
+                raise
+            return f"*{script} has too little to draw in a quick run.*"
         return ""
 
     def figure(self, name, *caption):
+        drawn = os.path.join(self.out, name + ".svg")
+        if self.size == "quick" and not (os.path.exists(drawn) and "<svg" in read(drawn)):
+            return f"*Not drawn in a quick run: {' '.join(caption)}*"
         self.figures += 1
         return f"![Figure {self.figures}]({name}.svg)\n\n*Figure {self.figures}. {' '.join(caption)}*"
 

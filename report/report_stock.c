@@ -370,7 +370,7 @@ int main(int argc, char **argv)
             for (uint64_t seed = first; seed <= last; seed++)
                 watch((enum manoeuvre)m, p, seed);
             const struct count *n = &counts[m][p];
-            printf(csv ? "%s,%s,%u,%.2f,%.2f,%.1f,%.1f,%.1f,%u\n"
+            printf(csv ? "\"%s\",%s,%u,%.2f,%.2f,%.1f,%.1f,%.1f,%u\n"
                        : "%-20s %-8s %5u   %4.2f   %4.2f      %4.0f %%    %4.0f %%              %4.0f %%  %5u\n",
                    manoeuvres[m].name, pilot_place_name[places[p]], n->asked, n->speed_mps / fmax(1, n->asked),
                    n->bound_mps / fmax(1, n->asked), percent(n->said_m, n->free_m), percent(n->seen_m, n->free_m),
