@@ -8,6 +8,7 @@
 #include "query_context.h"
 #include "reason.h"
 #include "reference.h"
+#include "verdict_job.h"
 #include "json_units.h"
 
 #include <math.h>
@@ -55,21 +56,37 @@ void direction_query(const json_t *params, struct answer_query *query)
                                    .radius_m = params_number(params, "radius_m")};
 }
 
+static void drop_blocked(void *state)
+{
+    verdict_job_end(state);
+    free(state);
+}
+
+static bool write_blocked(const struct rpc_call *call, struct json_out *out, struct rpc_error *error)
+{
+    struct verdict_job *job = call->work->state;
+    (void)error;
+    if (verdict_job_step(job))
+        return rpc_continue(call, write_blocked);
+    direction_answer(job->d, out, &job->now, &job->limits, &job->query, &job->verdict.answer);
+    return true;
+}
+
 bool method_blocked(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
 {
     struct methods_env *d = call->daemon;
-    struct answer_query q;
     struct grid *grid = grid_asked(d, params, error);
-    struct answer a;
     if (!grid)
         return false;
-    direction_query(params, &q);
-    const struct answer_now now = query_now(d);
-    const struct answer_conf limits = grid_limits(grid);
-    q.near_m = query_near_m(d);
-    answer_direction(grid_picture(grid), &limits, &now, &q, &a);
-    direction_answer(d, out, &now, &limits, &q, &a);
-    return true;
+    struct verdict_job *job = calloc(1, sizeof *job);
+    if (!job)
+        return rpc_refuse(error, RPC_INTERNAL_ERROR, "no memory for the question");
+    job->d = d;
+    job->grid = grid;
+    direction_query(params, &job->query);
+    rpc_work_keep(call->work, job, drop_blocked);
+    verdict_job_begin(job);
+    return write_blocked(call, out, error);
 }
 
 static void write_sector(struct json_out *out, const struct answer *a, double azimuth_deg, double width_deg)
