@@ -14,13 +14,14 @@ struct verdict_job {
     struct grid *grid;
     struct answer_conf limits; /* of the grid at the question: the loop may change them meanwhile */
     struct answer_now now;
-    struct answer_query query;
+    struct obstacles_query query;
     struct records_reading reading; /* zeroed at first */
     bool more;
     struct verdict verdict;
+    size_t written; /* of its parts, once the answer is there */
 };
 
-/** verdict_job_begin - of d, grid and query, with what is near. */
+/** verdict_job_begin - of d, grid and query but for near_m. */
 void verdict_job_begin(struct verdict_job *job);
 
 /** verdict_job_step - false: the answer is there, and nothing is held any more. */

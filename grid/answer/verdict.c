@@ -6,131 +6,77 @@
 
 #define FARTHEST_M 600.0 /* of a question to the records */
 
-/* Wide cones are asked by tiles that are less small: that takes long. More of it is never less careful. */
-static int levels_of(const struct answer_query *q)
+static bool is_ned(const struct verdict *v)
 {
-    const double wide = q->corridor ? 0 : q->half_angle_rad;
-    return wide > geo_rad(30) ? 3 : wide > geo_rad(15) ? 4 : TILES_LEVELS;
+    return v->query.around ? v->query.band.ned : v->query.line.ned;
 }
 
-static void doubt(struct verdict *v, enum answer_reason why)
+static double near_of(const struct verdict *v)
 {
-    v->against = why > v->against ? why : v->against;
+    return v->query.around ? v->query.band.near_m : v->query.line.near_m;
 }
 
-/* ---- obstacles ---- */
-
-static void meet(struct answer *a, const struct sight *s, const struct answer_now *now, double moved_m)
+static double distance_of(const struct verdict *v)
 {
-    if (a->state == ANSWER_BLOCKED && s->near_m >= a->near_m)
-        return;
-    *a = (struct answer){.state = ANSWER_BLOCKED,
-                         .range_m = sight_more(s->near_m, s->obstacle->range_m - moved_m),
-                         .range_sd_m = s->obstacle->sd_m,
-                         .near_m = s->near_m,
-                         .confidence = 1 / (1 + exp(-s->logodds)),
-                         .age_s = sight_seconds(now->now_ns, s->obstacle->t_echo_ns)};
+    return v->query.around ? v->query.band.reach_m : v->query.line.distance_m;
 }
 
-/* What the cells of one direction hold nearer than need_m: an obstacle, or an echo that is too little for one. Farther
- * than `near` the records tell what such an echo ends. */
-static void look_at_cells(struct verdict *v, uint32_t direction, double need_m, struct sight_fade *fade)
+static void doubt(struct verdict_part *part, enum answer_reason why)
 {
-    const struct answer_now *now = v->by.now;
-    const double moved_m = v->place.moved_m;
-    struct picture_entry e;
-    struct sight s;
-    if (need_m <= 0 || picture_told_m(v->by.picture, direction) - moved_m > need_m)
-        return;
-    const struct sight_observer by = {v->by.conf, now, &v->place, v->query.near_m, need_m, fade};
-    sight_look(v->by.picture, direction, &by, &e, &s);
-    if (s.obstacle && s.near_m <= need_m)
-        meet(&v->answer, &s, now, moved_m);
-    else if (s.hint_m < sight_less(need_m, v->query.near_m))
-        doubt(v, ANSWER_BEYOND);
+    part->against = why > part->against ? why : part->against;
 }
 
-static void look_for_obstacles(struct verdict *v)
+/* ---- questions to the records ---- */
+
+/* Wide cones are asked by tiles that are less small: that takes long. More of it is never less careful. Sectors are
+ * asked for all around. */
+static int levels_of(const struct obstacles_query *q)
 {
-    struct picture *p = v->by.picture;
-    struct sight_fade fade = {.known = false};
-    struct rings_visit visit = rings_visit(p->rings, v->scope.axis, v->scope.around_rad);
-    while (rings_next(&visit)) {
-        const struct scope_share share = scope_share(&v->scope, p->axis[visit.direction], visit.ring);
-        look_at_cells(v, visit.direction, share.need_m, &fade);
-    }
-    if (!sight_keeps(p->rings, v->scope.lo_rad, v->scope.hi_rad))
-        doubt(v, ANSWER_OUTSIDE);
+    const double wide = q->around || q->line.corridor ? 0 : q->line.half_angle_rad;
+    return wide > geo_rad(30) ? 3 : q->around || wide > geo_rad(15) ? 4 : TILES_LEVELS;
 }
-
-/* ---- the bottom ---- */
-
-#define BOTTOM_LEVELS 4 /* of tiles: nobody knows it better */
-
-/* How far the question is free of the bottom in a tile, and in its parts where it is not. */
-static double above_bottom(const struct question_shape *q, const struct bottom *bottom,
-                           const struct tile_index *tile)
-{
-    const struct water_tile cone = tiles_cone(tile);
-    const double most_m = q->asked.to_m, reach = cone.half_rad + q->asked.loose_rad;
-    struct ask_stretch s;
-    if (!question_run(q, &cone).n || !question_stretch(q, &cone, most_m, &s))
-        return most_m;
-    const double down = sin(fmin(asin(fmax(-1, fmin(cone.v[2], 1))) + reach, GEO_PI / 2));
-    const double free_m = bottom_reach_m(bottom, down);
-    if (free_m >= s.to_m)
-        return most_m;
-    double least_m = fmin(question_measure(q, &cone, free_m), most_m);
-    if (tile->level + 1 < BOTTOM_LEVELS) {
-        least_m = most_m;
-        for (int i = 0; i < 4; i++) {
-            const struct tile_index part = tiles_part(tile, i);
-            least_m = fmin(least_m, above_bottom(q, bottom, &part));
-        }
-    }
-    return least_m;
-}
-
-static double heed_bottom(const struct verdict *v, const struct question_shape *q)
-{
-    const struct answer_now *now = v->by.now;
-    double least_m = q->asked.to_m;
-    if (!v->frame.ned || !(now->pose.has & POSE_ALTITUDE))
-        return INFINITY;
-    const struct bottom bottom =
-        bottom_below(now->pose.altitude_m, -v->place.uncertain_m, v->place.uncertain_m, 0);
-    for (uint32_t row = 0; row < TILES_ROWS; row++) {
-        uint32_t n, column = question_columns(q, row, &n);
-        for (; n > 0; n--, column++) {
-            const struct tile_index root = {0, (uint16_t)row, (uint16_t)(column % tiles_columns(row))};
-            least_m = fmin(least_m, above_bottom(q, &bottom, &root));
-        }
-    }
-    return least_m < q->asked.to_m ? least_m : INFINITY;
-}
-
-/* ---- free water ---- */
 
 /* Turned into the axes of the records: NED, or the body's without an attitude. */
 static void axis_of(const struct verdict *v, double axis[3])
 {
-    geo_direction(v->query.az_rad, v->query.el_rad, axis);
-    if (v->frame.ned && !v->query.ned)
+    geo_direction(v->query.line.az_rad, v->query.line.el_rad, axis);
+    if (v->frame.ned && !v->query.line.ned)
         quat_rotate(v->by.now->pose.attitude, axis, axis);
 }
 
-static struct ask_question question_from(const struct verdict *v, double from_m)
+static void set_band(const struct verdict *v, size_t part, struct ask_band *band)
 {
-    const struct answer_query *q = &v->query;
-    struct ask_question question = {.kind = q->corridor ? ASK_CORRIDOR : ASK_CONE,
-                                    .near_m = from_m,
-                                    .to_m = fmin(fmax(q->distance_m, from_m + WATER_GRID_M), FARTHEST_M),
-                                    .levels = levels_of(q),
-                                    .loose_rad = q->ned ? 0 : v->place.turned_rad,
-                                    .half_rad = q->half_angle_rad,
-                                    .radius_m = q->radius_m};
-    axis_of(v, question.axis);
-    return question;
+    const struct answer_band *q = &v->query.band;
+    const double width = GEO_TURN / (double)q->count;
+    *band =
+        (struct ask_band){.attitude = {1, 0, 0, 0}, .lo_rad = q->lo_rad, .hi_rad = q->hi_rad, .parts = q->count};
+    if (v->frame.ned && !q->ned)
+        memcpy(band->attitude, v->by.now->pose.attitude, sizeof band->attitude);
+    if (v->all || q->count == 1)
+        return;
+    band->parts = 1;
+    band->from_rad = geo_wrap(((double)part - 0.5) * width);
+    band->width_rad = width;
+}
+
+/* Of all parts, or of one of them. */
+static struct ask_question question_from(const struct verdict *v, size_t part, double from_m)
+{
+    const struct answer_query *line = &v->query.line;
+    struct ask_question q = {.kind = v->query.around  ? ASK_AROUND
+                                     : line->corridor ? ASK_CORRIDOR
+                                                      : ASK_CONE,
+                             .near_m = from_m,
+                             .to_m = fmin(fmax(distance_of(v), from_m + WATER_GRID_M), FARTHEST_M),
+                             .levels = levels_of(&v->query),
+                             .loose_rad = is_ned(v) ? 0 : v->place.turned_rad,
+                             .half_rad = line->half_angle_rad,
+                             .radius_m = line->radius_m};
+    if (v->query.around)
+        set_band(v, part, &q.band);
+    else
+        axis_of(v, q.axis);
+    return q;
 }
 
 static struct store_now now_of(const struct verdict *v)
@@ -142,12 +88,59 @@ static struct store_now now_of(const struct verdict *v)
                               .lost = v->by.now->lost};
 }
 
-static void ask_from(struct verdict *v, double from_m)
+static void ask_from(struct verdict *v, size_t part, double from_m)
 {
-    const struct ask_question q = question_from(v, from_m);
-    v->start_m = from_m;
-    v->starts++;
+    const struct ask_question q = question_from(v, part, from_m);
+    for (size_t k = v->all ? 0 : part; k < (v->all ? v->parts : part + 1); k++) {
+        v->part[k].start_m = from_m;
+        v->part[k].starts++;
+    }
     ask_begin(&v->ask, v->view, v->n, &q);
+    v->asking = true;
+}
+
+/* ---- the bottom ---- */
+
+#define BOTTOM_LEVELS 4 /* of tiles: nobody knows it better */
+
+/* How far the parts that the tile touches are free of the bottom. */
+static void heed_bottom_in(struct verdict *v, const struct bottom *bottom, const struct tile_index *tile)
+{
+    const struct question_shape *q = &v->ask.question;
+    const struct water_tile cone = tiles_cone(tile);
+    const struct question_run run = question_run(q, &cone);
+    struct ask_stretch s;
+    if (!run.n || !question_stretch(q, &cone, q->asked.to_m, &s))
+        return;
+    const double lowest = asin(fmax(-1, fmin(cone.v[2], 1))) + cone.half_rad + q->asked.loose_rad;
+    const double free_m = bottom_reach_m(bottom, sin(fmin(lowest, GEO_PI / 2)));
+    if (free_m >= s.to_m)
+        return;
+    for (int i = 0; i < 4 && tile->level + 1 < BOTTOM_LEVELS; i++) {
+        const struct tile_index part = tiles_part(tile, i);
+        heed_bottom_in(v, bottom, &part);
+    }
+    const double least_m = question_measure(q, &cone, free_m);
+    for (size_t k = 0; k < run.n && tile->level + 1 == BOTTOM_LEVELS; k++) {
+        struct verdict_part *part = &v->part[(run.at + k) % v->parts];
+        part->bottom_m = fmin(part->bottom_m, least_m);
+    }
+}
+
+static void heed_bottom(struct verdict *v)
+{
+    const struct answer_now *now = v->by.now;
+    if (!v->frame.ned || !(now->pose.has & POSE_ALTITUDE))
+        return;
+    const struct bottom bottom =
+        bottom_below(now->pose.altitude_m, -v->place.uncertain_m, v->place.uncertain_m, 0);
+    for (uint32_t row = 0; row < TILES_ROWS; row++) {
+        uint32_t n, column = question_columns(&v->ask.question, row, &n);
+        for (; n > 0; n--, column++) {
+            const struct tile_index root = {0, (uint16_t)row, (uint16_t)(column % tiles_columns(row))};
+            heed_bottom_in(v, &bottom, &root);
+        }
+    }
 }
 
 /* ---- why not farther ---- */
@@ -155,15 +148,61 @@ static void ask_from(struct verdict *v, double from_m)
 #define LOOK_RAD 1e-3
 #define LOOK_M   (2 * WATER_GRID_M)
 
-/* Along a line, to its end. The question itself is over. */
-static struct ask_answer look_along(struct verdict *v, const struct water_view *view, int n, double from_m)
+/* Towards the axis, to no more than most_rad from it. */
+static void draw_in(const double axis[3], double most_rad, double at[3])
 {
-    struct ask_question q = {.kind = ASK_CONE, .near_m = from_m, .to_m = from_m + LOOK_M};
-    memcpy(q.axis, v->end_at, sizeof q.axis);
-    ask_begin(&v->ask, view, n, &q);
+    const double along = geo_dot(at, axis);
+    double aside[3] = {at[0] - along * axis[0], at[1] - along * axis[1], at[2] - along * axis[2]};
+    const double off = geo_length(aside);
+    if (atan2(off, along) <= most_rad)
+        return;
+    for (int k = 0; k < 3; k++)
+        at[k] = cos(most_rad) * axis[k] + (off > 0 ? sin(most_rad) / off * aside[k] : 0);
+}
+
+static void draw_into_band(const struct verdict *v, double at[3])
+{
+    const struct ask_band *band = &v->ask.question.asked.band;
+    double az, el;
+    quat_rotate_inverse(band->attitude, at, at);
+    geo_angles(at, &az, &el);
+    if (band->parts == 1 && band->width_rad > 0) {
+        const double middle = band->from_rad + band->width_rad / 2, off = geo_wrap_pi(az - middle);
+        az = middle + fmax(-band->width_rad / 2, fmin(off, band->width_rad / 2));
+    }
+    geo_direction(az, fmax(band->lo_rad, fmin(el, band->hi_rad)), at);
+    quat_rotate(band->attitude, at, at);
+}
+
+/* A tile reaches beyond the question, and its middle may be there: the nearest direction of the question. */
+static void draw_into_question(const struct verdict *v, double range_m, double at[3])
+{
+    const struct ask_question *q = &v->ask.question.asked;
+    if (q->kind == ASK_AROUND)
+        draw_into_band(v, at);
+    else
+        draw_in(q->axis, q->kind == ASK_CONE ? q->half_rad : asin(fmin(1, q->radius_m / range_m)), at);
+}
+
+/* Along a line, to its end. The question itself is over. */
+static struct ask_answer look_along(struct verdict *v, const struct verdict_part *part)
+{
+    struct ask_question q = {.kind = ASK_CONE, .near_m = part->end_m, .to_m = part->end_m + LOOK_M};
+    memcpy(q.axis, part->end_at, sizeof q.axis);
+    ask_begin(&v->ask, v->aside, v->n_aside, &q);
     while (ask_step(&v->ask))
         ;
     return ask_end(&v->ask, 0);
+}
+
+/* All that a question could rest on if nothing were too old, too far away or lost. */
+static void set_limits_aside(struct verdict *v)
+{
+    struct store_now all = now_of(v);
+    all.clear_for_s = all.move_limit_m = INFINITY;
+    all.lost = 0;
+    if (v->n_aside < 0)
+        v->n_aside = store_look(v->by.store, v->by.list, &all, v->aside);
 }
 
 /* Why a record counts no more; ANSWER_HEARD: it does. */
@@ -180,45 +219,48 @@ static enum answer_reason outdated(const struct verdict *v, const struct water_v
 }
 
 /* The gravest of those by which the water goes on where the records that count have it end. */
-static enum answer_reason reason_of_end(struct verdict *v)
+static enum answer_reason reason_of_end(struct verdict *v, const struct verdict_part *part)
 {
-    struct store_now all = now_of(v);
-    all.clear_for_s = all.move_limit_m = INFINITY;
-    all.lost = 0;
-    const int n = store_look(v->by.store, v->by.list, &all, v->aside);
-    if (n == 0)
-        return v->by.list->n ? ANSWER_MOVED : ANSWER_NEVER;
-    const struct ask_answer on = look_along(v, v->aside, n, v->end_m);
     enum answer_reason why = ANSWER_HEARD;
-    for (int i = 0; on.free_to_m > v->end_m && i < n; i++)
+    set_limits_aside(v);
+    if (v->n_aside == 0)
+        return v->by.list->n ? ANSWER_MOVED : ANSWER_NEVER;
+    const bool goes_on = look_along(v, part).free_to_m > part->end_m;
+    for (int i = 0; goes_on && i < v->n_aside; i++)
         if (v->ask.part[0].used[i / 64] >> (i % 64) & 1) {
             const enum answer_reason one = outdated(v, &v->aside[i]);
             why = one > why ? one : why;
         }
-    if (why != ANSWER_HEARD)
-        return why;
-    if (v->found && v->from_m > v->query.near_m)
-        return ANSWER_BLIND;
-    return v->found || on.free_to_m > v->end_m ? ANSWER_BEYOND : ANSWER_NEVER;
+    return why != ANSWER_HEARD                        ? why
+           : part->found && part->from_m > near_of(v) ? ANSWER_BLIND
+           : part->found || goes_on                   ? ANSWER_BEYOND
+                                                      : ANSWER_NEVER;
 }
 
-/* Where along the line on which it ends the water begins to be free; INFINITY: nowhere. */
-static double begins_m(const struct verdict *v)
+#define MORE 1.2 /* times as far, at least: a corridor has many lines that begin late */
+
+/* Where beyond `near`, along the line on which it ends, the water begins to be free, or a corridor ends; INFINITY:
+ * nowhere. */
+static double begins_m(const struct verdict *v, const struct verdict_part *part)
 {
-    const struct water_tile tile = {{v->end_at[0], v->end_at[1], v->end_at[2]}, LOOK_RAD};
-    const double most_m = fmin(v->query.distance_m, FARTHEST_M);
+    const struct water_tile tile = {{part->line_at[0], part->line_at[1], part->line_at[2]}, LOOK_RAD};
+    const double start_m = fmax(part->start_m, near_of(v)), most_m = fmin(distance_of(v), FARTHEST_M);
+    struct ask_stretch asked;
     double least_m = INFINITY;
+    if (v->query.line.corridor && question_stretch(&v->ask.question, &tile, v->ask.question.asked.to_m, &asked) &&
+        asked.to_m < most_m)
+        least_m = asked.to_m;
     for (int i = 0; i < v->n; i++) {
         struct water_pieces said;
-        double from_m = fmax(v->start_m, v->query.near_m), to_m = most_m;
+        double from_m = start_m, to_m = most_m;
         if (!(from_m < to_m) || !water_touches(&v->view[i], &tile, &from_m, &to_m))
             continue;
         water_decide(&v->view[i], &tile, from_m, to_m, &said);
         for (int k = 0; k < said.n; k++)
-            if (said.piece[k].says == WATER_FREE && said.piece[k].from_m > v->start_m)
+            if (said.piece[k].says == WATER_FREE && said.piece[k].from_m > start_m)
                 least_m = fmin(least_m, said.piece[k].from_m);
     }
-    return ceil(least_m / WATER_GRID_M) * WATER_GRID_M;
+    return ceil(fmax(least_m, MORE * start_m) / WATER_GRID_M) * WATER_GRID_M;
 }
 
 /* ---- the words ---- */
@@ -227,111 +269,139 @@ static double begins_m(const struct verdict *v)
 static double range_of(const struct verdict *v, const double at[3], double measure_m)
 {
     double axis[3];
-    if (!v->query.corridor)
+    if (v->query.around || !v->query.line.corridor)
         return measure_m;
     axis_of(v, axis);
-    const double ahead = geo_dot(axis, at), wall_m = hypot(measure_m, v->query.radius_m);
+    const double ahead = geo_dot(axis, at), wall_m = hypot(measure_m, v->query.line.radius_m);
     return ahead > 0 ? fmin(measure_m / ahead, wall_m) : wall_m;
 }
 
-static void keep_water(struct verdict *v, const struct ask_answer *water)
+/* What was found from start_m on. Why the water ends is told of the first look, or of the one that found some. */
+static void take_water(struct verdict *v, struct verdict_part *part, const struct ask_answer *water)
 {
-    v->found = true;
-    v->from_m = v->start_m;
-    v->free_m = water->free_to_m;
-    v->oldest_ns = water->oldest >= 0 ? v->view[water->oldest].record->t_ns : 0;
+    if (water->free_to_m > part->start_m) {
+        part->found = true;
+        part->from_m = part->start_m;
+        part->free_m = water->free_to_m;
+        part->oldest_ns = water->oldest >= 0 ? v->view[water->oldest].record->t_ns : 0;
+    }
+    const double end_m = fmax(range_of(v, water->at, water->free_to_m), part->start_m);
+    memcpy(part->line_at, water->at, sizeof part->line_at);
+    draw_into_question(v, end_m, part->line_at);
+    if (part->starts == 1 || (part->found && part->from_m <= near_of(v))) {
+        memcpy(part->end_at, part->line_at, sizeof part->end_at);
+        part->end_m = end_m;
+    }
 }
 
 /* It is free from start_m on as far as asked, and all nearer is the vehicle's, or promised. */
-static bool is_known(const struct verdict *v)
+static bool is_known(const struct verdict *v, const struct verdict_part *part)
 {
-    return v->found && v->from_m <= v->query.near_m && v->free_m >= v->query.distance_m;
-}
-
-static void finish(struct verdict *v, enum answer_reason water)
-{
-    struct answer *a = &v->answer;
-    const double bottom_m = v->bottom_m, asked_m = v->query.distance_m;
-    double free_m = v->found ? v->free_m : 0;
-    if (a->state == ANSWER_BLOCKED)
-        free_m = fmin(free_m, a->near_m);
-    if (water == ANSWER_HEARD && bottom_m < asked_m)
-        doubt(v, ANSWER_BOTTOM);
-    doubt(v, water);
-    a->blind_to_m = v->from_m;
-    a->free_to_m = fmin(free_m, bottom_m) > v->from_m ? fmin(free_m, bottom_m) : 0;
-    if (a->state == ANSWER_BLOCKED)
-        return;
-    a->age_s = v->oldest_ns ? sight_seconds(v->by.now->now_ns, v->oldest_ns) : -1;
-    a->reason = v->against;
-    a->state = v->against == ANSWER_HEARD ? ANSWER_CLEAR : ANSWER_UNKNOWN;
-    if (a->state == ANSWER_CLEAR)
-        a->confidence = fmax(0, 1 - a->age_s / v->by.conf->clear_for_s);
-}
-
-static bool cannot(struct verdict *v, enum answer_reason why)
-{
-    v->answer = (struct answer){.state = ANSWER_UNKNOWN, .reason = why, .age_s = -1};
-    return false;
+    return part->found && part->from_m <= near_of(v) && part->free_m >= distance_of(v);
 }
 
 /* Nearer than `near` half as far, and again, as long as that is not the vehicle itself; then beyond it, where the water
  * begins. Negative: nowhere else. */
-static double next_start(const struct verdict *v)
+static double next_start(const struct verdict *v, const struct verdict_part *part)
 {
-    if (v->found || v->starts == VERDICT_STARTS)
+    if (part->found || part->starts == VERDICT_STARTS)
         return -1;
-    if (v->start_m <= v->query.near_m && v->start_m > v->own_m)
-        return fmax(v->start_m / 2, v->own_m);
-    const double from_m = begins_m(v);
-    return from_m > v->query.near_m && from_m < v->query.distance_m ? from_m : -1;
+    if (part->start_m <= near_of(v) && part->start_m > v->own_m)
+        return fmax(part->start_m / 2, v->own_m);
+    const double from_m = begins_m(v, part);
+    return from_m > near_of(v) && from_m < distance_of(v) ? from_m : -1;
 }
 
-static bool end_ask(struct verdict *v)
+static void give_water(const struct verdict_part *part, struct answer *a)
 {
-    const struct ask_answer water = ask_end(&v->ask, 0);
-    if (water.free_to_m > v->start_m)
-        keep_water(v, &water);
-    if (is_known(v)) {
-        finish(v, ANSWER_HEARD);
-        return false;
-    }
-    if (v->starts == 1 || (v->found && v->from_m <= v->query.near_m)) {
-        memcpy(v->end_at, water.at, sizeof v->end_at);
-        v->end_m = range_of(v, water.at, water.free_to_m);
-    }
-    const double from_m = next_start(v);
+    double free_m = part->found ? fmin(part->free_m, part->bottom_m) : 0;
+    if (a->state == ANSWER_BLOCKED)
+        free_m = fmin(free_m, a->near_m);
+    a->blind_to_m = part->from_m;
+    a->free_to_m = free_m > part->from_m ? free_m : 0;
+}
+
+static void finish(struct verdict *v, struct verdict_part *part, enum answer_reason water)
+{
+    struct answer *a = &part->answer;
+    if (water == ANSWER_HEARD && part->bottom_m < distance_of(v))
+        doubt(part, ANSWER_BOTTOM);
+    doubt(part, water);
+    give_water(part, a);
+    if (a->state == ANSWER_BLOCKED)
+        return;
+    a->age_s = part->oldest_ns ? sight_seconds(v->by.now->now_ns, part->oldest_ns) : -1;
+    a->reason = part->against;
+    a->state = part->against == ANSWER_HEARD ? ANSWER_CLEAR : ANSWER_UNKNOWN;
+    if (a->state == ANSWER_CLEAR)
+        a->confidence = fmax(0, 1 - a->age_s / v->by.conf->clear_for_s);
+}
+
+/* The next part is asked once more, or settled. */
+static void settle(struct verdict *v)
+{
+    struct verdict_part *part = &v->part[v->next];
+    const bool known = is_known(v, part);
+    const double from_m = known ? -1 : next_start(v, part);
     if (from_m >= 0) {
-        ask_from(v, from_m);
-        return true;
+        ask_from(v, v->next, from_m);
+        return;
     }
-    finish(v, reason_of_end(v));
-    return false;
+    finish(v, part, known ? ANSWER_HEARD : reason_of_end(v, part));
+    v->next++;
 }
 
-bool verdict_step(struct verdict *v)
+static void end_ask(struct verdict *v)
 {
-    return ask_step(&v->ask) || end_ask(v);
+    for (size_t k = v->all ? 0 : v->next; k < (v->all ? v->parts : v->next + 1); k++) {
+        const struct ask_answer water = ask_end(&v->ask, v->all ? k : 0);
+        take_water(v, &v->part[k], &water);
+    }
+    v->all = v->asking = false;
+}
+
+/* ---- the question ---- */
+
+static void cannot(struct verdict *v, enum answer_reason why)
+{
+    for (size_t k = 0; k < v->parts; k++)
+        v->part[k] = (struct verdict_part){.answer = {.state = ANSWER_UNKNOWN, .reason = why, .age_s = -1}};
+}
+
+static void take_obstacles(struct verdict *v, const struct obstacles_found *found, enum answer_reason kept)
+{
+    for (size_t k = 0; k < v->parts; k++) {
+        const struct obstacles_found *f = &found[k];
+        const bool blocks = f->any && f->near_m <= distance_of(v);
+        struct verdict_part *part = &v->part[k];
+        *part = (struct verdict_part){.bottom_m = INFINITY,
+                                      .against = f->hint ? ANSWER_BEYOND : ANSWER_HEARD,
+                                      .answer = {.state = ANSWER_UNKNOWN, .age_s = -1}};
+        doubt(part, kept);
+        if (f->any)
+            part->answer = (struct answer){.range_m = f->range_m, .range_sd_m = f->sd_m, .near_m = f->near_m};
+        part->answer.state = blocks ? ANSWER_BLOCKED : ANSWER_UNKNOWN;
+        part->answer.confidence = blocks ? f->confidence : 0;
+        part->answer.age_s = blocks ? f->age_s : -1;
+    }
 }
 
 static bool look_at_picture(struct verdict *v)
 {
-    const struct answer_query *q = &v->query;
+    struct obstacles_found found[ANSWER_SECTORS_MAX];
+    const struct obstacles_scene scene = {v->by.picture, &v->frame, v->by.conf, v->by.now, &v->place};
     enum answer_reason why;
-    v->against = ANSWER_HEARD;
-    v->answer = (struct answer){.state = ANSWER_UNKNOWN, .age_s = -1};
     picture_get_frame(v->by.picture, &v->frame);
-    if (!sight_possible(&v->frame, v->by.now, q->ned, &why))
-        return cannot(v, why);
+    if (!sight_possible(&v->frame, v->by.now, is_ned(v), &why)) {
+        cannot(v, why);
+        return false;
+    }
     sight_locate(v->by.picture, &v->frame, v->by.conf, v->by.now, &v->place);
-    const struct scope_view by = {&v->frame, v->by.now, &v->place};
-    if (!scope_begin(&v->scope, v->by.picture->rings, &by, q))
-        return cannot(v, ANSWER_OUTSIDE);
-    look_for_obstacles(v);
+    take_obstacles(v, found, obstacles_find(&scene, &v->query, found));
     return true;
 }
 
-bool verdict_begin(struct verdict *v, const struct verdict_evidence *by, const struct answer_query *query,
+bool verdict_begin(struct verdict *v, const struct verdict_evidence *by, const struct obstacles_query *query,
                    double own_m)
 {
     struct sight_reading r = {.picture = by->picture};
@@ -339,18 +409,28 @@ bool verdict_begin(struct verdict *v, const struct verdict_evidence *by, const s
     v->by = *by;
     v->query = *query;
     v->own_m = own_m;
-    v->found = false;
-    v->starts = 0;
-    v->from_m = v->free_m = v->end_m = 0;
-    v->oldest_ns = 0;
-    v->bottom_m = INFINITY;
+    v->parts = obstacles_parts(query);
+    v->next = 0;
+    v->all = true;
+    v->n_aside = -1;
     while (sight_reads(&r))
         possible = look_at_picture(v);
     if (!possible)
         return false;
     const struct store_now now = now_of(v);
     v->n = store_look(by->store, by->list, &now, v->view);
-    ask_from(v, query->near_m);
-    v->bottom_m = heed_bottom(v, &v->ask.question);
+    ask_from(v, 0, near_of(v));
+    heed_bottom(v);
     return true;
+}
+
+bool verdict_step(struct verdict *v)
+{
+    if (v->asking && ask_step(&v->ask))
+        return true;
+    if (v->asking)
+        end_ask(v);
+    if (v->next < v->parts)
+        settle(v);
+    return v->next < v->parts;
 }

@@ -1019,6 +1019,38 @@ static json_t *cone(double az_deg, double to_m, const char *wide, double how_wid
     return ask("blocked", json_pack("{s:f, s:f, s:f}", "azimuth_deg", az_deg, "distance_m", to_m, wide, how_wide));
 }
 
+/* Nor asking for less of what is clear. */
+static void stays_clear(const json_t *before, double to_m, json_t *after)
+{
+    if (says(before, "clear") && !says(after, "clear")) {
+        printf("at %.3f s clear, and not so to %.2f m: %s\n", (double)loop_now(d.loop) * 1e-9, to_m,
+               json_string_value(json_object_get(after, "reason")));
+        test_case_failed = true;
+    }
+    json_decref(after);
+}
+
+static json_t *sectors(double to_m, double half_el_deg)
+{
+    return ask("sectors", json_pack("{s:i, s:f, s:[f, f]}", "count", 24, "distance_m", to_m, "elevation_deg",
+                                    -half_el_deg, half_el_deg));
+}
+
+/* Each sector, to a part of the distance; and what is blocked in one is so in the cone that holds it. */
+static void ask_for_less_around(double to_m, double less_m)
+{
+    json_t *far_ones = sectors(to_m, 5), *near_ones = sectors(less_m, 5);
+    for (size_t k = 0; k < 24; k++) {
+        const json_t *far_one = json_array_get(json_object_get(far_ones, "sectors"), k);
+        json_t *near_one = json_array_get(json_object_get(near_ones, "sectors"), k);
+        if (k % 6 == 0 && says(far_one, "clear"))
+            stays_clear(far_one, to_m, cone((double)k * 15, to_m, "half_angle_deg", 2));
+        stays_clear(far_one, less_m, json_incref(near_one));
+    }
+    json_decref(near_ones);
+    json_decref(far_ones);
+}
+
 static json_t *collision(double az_deg, double ahead_s)
 {
     const double az = geo_rad(az_deg);
@@ -1055,13 +1087,18 @@ static void ask_for_more_around(void)
 static void ask_for_more(void)
 {
     const double az = uniform(0, 360), to_m = uniform(1, 9), half = uniform(0, 10), radius_m = uniform(0, 0.6);
+    uint64_t dice = own_dice();
+    const double less_m = to_m * (0.1 + 0.9 * test_uniform(&dice));
     struct conf_vehicle *c = &d.conf.vehicle;
     const struct conf_vehicle was = *c;
     json_t *a = cone(az, to_m, "half_angle_deg", half);
     never_clear("angle", a, cone(az, to_m, "half_angle_deg", half + uniform(0, 30)));
     never_clear("distance", a, cone(az, to_m + uniform(0, 3), "half_angle_deg", half));
+    stays_clear(a, less_m, cone(az, less_m, "half_angle_deg", half));
     json_decref(a);
+    ask_for_less_around(to_m, less_m);
     a = cone(az, to_m, "radius_m", radius_m);
+    stays_clear(a, less_m, cone(az, less_m, "radius_m", radius_m));
     never_clear("radius", a, cone(az, to_m, "radius_m", radius_m + uniform(0, 1)));
     json_decref(a);
     a = collision(az, to_m);
