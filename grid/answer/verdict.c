@@ -218,6 +218,16 @@ static enum answer_reason outdated(const struct verdict *v, const struct water_v
     return way_m + view->margin_m > v->by.conf->move_limit_m ? ANSWER_MOVED : ANSWER_HEARD;
 }
 
+/* Did any sonar ever look there? */
+static bool was_looked_at(const struct verdict *v, const struct verdict_part *part)
+{
+    const struct water_tile tile = {{part->end_at[0], part->end_at[1], part->end_at[2]}, LOOK_RAD};
+    for (int i = 0; i < v->n_aside; i++)
+        if (water_covers(&v->aside[i], &tile, part->end_m))
+            return true;
+    return false;
+}
+
 /* The gravest of those by which the water goes on where the records that count have it end. */
 static enum answer_reason reason_of_end(struct verdict *v, const struct verdict_part *part)
 {
@@ -231,10 +241,17 @@ static enum answer_reason reason_of_end(struct verdict *v, const struct verdict_
             const enum answer_reason one = outdated(v, &v->aside[i]);
             why = one > why ? one : why;
         }
-    return why != ANSWER_HEARD                        ? why
-           : part->found && part->from_m > near_of(v) ? ANSWER_BLIND
-           : part->found || goes_on                   ? ANSWER_BEYOND
-                                                      : ANSWER_NEVER;
+    if (why != ANSWER_HEARD)
+        return why;
+    if (part->found && part->from_m > near_of(v))
+        return ANSWER_BLIND;
+    return part->found || was_looked_at(v, part) ? ANSWER_BEYOND : ANSWER_NEVER;
+}
+
+/* Where the first water begins is told a little beyond the distance, too. */
+static double farthest_start_m(const struct verdict *v)
+{
+    return fmin(distance_of(v) + near_of(v), FARTHEST_M - WATER_GRID_M);
 }
 
 #define MORE 1.2 /* times as far, at least: a corridor has many lines that begin late */
@@ -244,7 +261,7 @@ static enum answer_reason reason_of_end(struct verdict *v, const struct verdict_
 static double begins_m(const struct verdict *v, const struct verdict_part *part)
 {
     const struct water_tile tile = {{part->line_at[0], part->line_at[1], part->line_at[2]}, LOOK_RAD};
-    const double start_m = fmax(part->start_m, near_of(v)), most_m = fmin(distance_of(v), FARTHEST_M);
+    const double start_m = fmax(part->start_m, near_of(v)), most_m = farthest_start_m(v);
     struct ask_stretch asked;
     double least_m = INFINITY;
     if (v->query.line.corridor && question_stretch(&v->ask.question, &tile, v->ask.question.asked.to_m, &asked) &&
@@ -260,7 +277,8 @@ static double begins_m(const struct verdict *v, const struct verdict_part *part)
             if (said.piece[k].says == WATER_FREE && said.piece[k].from_m > start_m)
                 least_m = fmin(least_m, said.piece[k].from_m);
     }
-    return ceil(fmax(least_m, MORE * start_m) / WATER_GRID_M) * WATER_GRID_M;
+    least_m = v->query.line.corridor ? fmax(least_m, MORE * start_m) : least_m;
+    return ceil(least_m / WATER_GRID_M) * WATER_GRID_M;
 }
 
 /* ---- the words ---- */
@@ -309,7 +327,7 @@ static double next_start(const struct verdict *v, const struct verdict_part *par
     if (part->start_m <= near_of(v) && part->start_m > v->own_m)
         return fmax(part->start_m / 2, v->own_m);
     const double from_m = begins_m(v, part);
-    return from_m > near_of(v) && from_m < distance_of(v) ? from_m : -1;
+    return from_m > near_of(v) && from_m < farthest_start_m(v) ? from_m : -1;
 }
 
 static void give_water(const struct verdict_part *part, struct answer *a)

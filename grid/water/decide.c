@@ -305,6 +305,14 @@ bool water_touches(const struct water_view *view, const struct water_tile *tile,
     return *from_m < *to_m;
 }
 
+bool water_covers(const struct water_view *view, const struct water_tile *tile, double at_m)
+{
+    const struct deciding k = begin(view, tile);
+    const struct point at = point_at(&k, at_m);
+    const struct thick s = thick_of(&k, &at, &at);
+    return touch(&k, &s).any;
+}
+
 void water_decide(const struct water_view *view, const struct water_tile *tile, double from_m, double to_m,
                   struct water_pieces *out)
 {

@@ -53,6 +53,9 @@ struct water_tile {
  * and says of the rest nothing. False: none of it. */
 bool water_touches(const struct water_view *view, const struct water_tile *tile, double *from_m, double *to_m);
 
+/** water_covers - may the image hold some of the tile at that range, whatever it says of it? */
+bool water_covers(const struct water_view *view, const struct water_tile *tile, double at_m);
+
 /** water_decide - the tile from from_m (>= 0) to to_m; *out is emptied first. O(cells met x log range). */
 void water_decide(const struct water_view *view, const struct water_tile *tile, double from_m, double to_m,
                   struct water_pieces *out);
