@@ -111,15 +111,26 @@ static void write_sector(struct json_out *out, const struct answer *a, double az
     json_out_close(out, '}');
 }
 
+/* Water that a sonar hears as far as it can is known to the vehicle's middle from where the sonar sits, and to the
+ * next of the ranges at which water is divided. */
+static double heard_m(const struct methods_env *d, struct grid *grid)
+{
+    struct picture_frame frame;
+    double lever_m = 0;
+    picture_get_frame(grid_picture(grid), &frame);
+    for (int i = 0; i < d->conf.n_sonars; i++)
+        lever_m = fmax(lever_m, geo_length(d->mount[i].position_m));
+    return frame.pings ? fmax(frame.range_max_m - lever_m - 4 * WATER_GRID_M, WATER_GRID_M) : INFINITY;
+}
+
 /* How far the sectors are judged: as asked, as far as the sonars hear, or as far as it matters. */
 static double sectors_reach_m(const struct methods_env *d, struct grid *grid, const json_t *params)
 {
-    struct picture_frame frame;
-    picture_get_frame(grid_picture(grid), &frame);
+    const double most_m = heard_m(d, grid), look_m = query_look_ahead_m(d);
     if (!params_has(params, "distance_m"))
-        return fmin(query_look_ahead_m(d), frame.pings ? frame.range_max_m : INFINITY);
+        return fmin(look_m, most_m);
     const double asked_m = params_number(params, "distance_m");
-    return asked_m > 0 ? asked_m : frame.range_max_m;
+    return asked_m > 0 ? asked_m : isfinite(most_m) ? most_m : look_m;
 }
 
 /* Why not one of them is clear; null: one is, or all are as they are for reasons of their own. */

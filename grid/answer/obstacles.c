@@ -31,7 +31,7 @@ static void look_along(const struct obstacles_scene *scene, const struct answer_
     if (s.obstacle && s.near_m <= need_m)
         take(found, &s, scene);
     else if (s.hint_m < sight_less(need_m, q->near_m))
-        found->hint = true;
+        found->hint_m = sight_less(found->hint_m, s.hint_m);
 }
 
 static enum answer_reason find_along(const struct obstacles_scene *scene, const struct answer_query *q,
@@ -119,7 +119,8 @@ static void look_around(struct around *a, uint32_t ring, uint32_t direction)
         struct obstacles_found *found = &a->found[(run.at + k) % a->sectors.count];
         if (s.obstacle)
             take(found, &s, scene);
-        found->hint = found->hint || (hint && !s.obstacle);
+        else
+            found->hint_m = sight_less(found->hint_m, s.hint_m);
     }
 }
 
@@ -154,6 +155,6 @@ enum answer_reason obstacles_find(const struct obstacles_scene *scene, const str
                                   struct obstacles_found *found)
 {
     for (size_t k = 0; k < obstacles_parts(query); k++)
-        found[k] = (struct obstacles_found){.any = false};
+        found[k] = (struct obstacles_found){.hint_m = INFINITY};
     return query->around ? find_around(scene, &query->band, found) : find_along(scene, &query->line, found);
 }

@@ -21,7 +21,7 @@ struct obstacles_found {
     double near_m; /* it may begin so near */
     double range_m, sd_m;
     double confidence, age_s;
-    bool hint; /* within near_m of the query is an echo that is too little to block */
+    double hint_m; /* within near_m of the query is an echo that is too little to block; INFINITY: there is none */
 };
 
 /* Who asks, from where. */

@@ -332,7 +332,7 @@ static double next_start(const struct verdict *v, const struct verdict_part *par
 
 static void give_water(const struct verdict_part *part, struct answer *a)
 {
-    double free_m = part->found ? fmin(part->free_m, part->bottom_m) : 0;
+    double free_m = part->found ? fmin(fmin(part->free_m, part->hint_m), part->bottom_m) : 0;
     if (a->state == ANSWER_BLOCKED)
         free_m = fmin(free_m, a->near_m);
     a->blind_to_m = part->from_m;
@@ -393,7 +393,8 @@ static void take_obstacles(struct verdict *v, const struct obstacles_found *foun
         const bool blocks = f->any && f->near_m <= distance_of(v);
         struct verdict_part *part = &v->part[k];
         *part = (struct verdict_part){.bottom_m = INFINITY,
-                                      .against = f->hint ? ANSWER_BEYOND : ANSWER_HEARD,
+                                      .hint_m = f->hint_m,
+                                      .against = f->hint_m < INFINITY ? ANSWER_BEYOND : ANSWER_HEARD,
                                       .answer = {.state = ANSWER_UNKNOWN, .age_s = -1}};
         doubt(part, kept);
         if (f->any)
