@@ -101,7 +101,7 @@ static void ask_from(struct verdict *v, size_t part, double from_m)
 
 /* ---- the bottom ---- */
 
-#define BOTTOM_LEVELS 4 /* of tiles: nobody knows it better */
+#define BOTTOM_LEVELS TILES_LEVELS
 
 /* How far the parts that the tile touches are free of the bottom. */
 static void heed_bottom_in(struct verdict *v, const struct bottom *bottom, const struct tile_index *tile)
