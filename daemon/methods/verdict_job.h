@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * verdict_job - a question about a direction to a grid and to the records of free water, in steps of the loop: what
- * `blocked` and `explain` have in common.
+ * `blocked`, `sectors` and `explain` have in common.
  */
 #ifndef SONARD_VERDICT_JOB_H
 #define SONARD_VERDICT_JOB_H
