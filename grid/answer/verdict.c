@@ -4,6 +4,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "promise.h"
+
 #define FARTHEST_M 600.0 /* of a question to the records */
 
 static bool is_ned(const struct verdict *v)
@@ -143,6 +145,46 @@ static void heed_bottom(struct verdict *v)
     }
 }
 
+/* ---- the promise ---- */
+
+/* Something that a beam showed elsewhere may have come to where the tile is asked, however far that is asked. */
+static void heed_shown_in(struct verdict *v, const struct promise *promise, const struct question_shape *q,
+                          const struct tile_index *tile)
+{
+    const struct water_tile cone = tiles_cone(tile);
+    const struct question_run run = question_run(q, &cone);
+    struct ask_stretch s;
+    if (!run.n || !question_stretch(q, &cone, FARTHEST_M, &s))
+        return;
+    double at[3] = {cone.v[0], cone.v[1], cone.v[2]};
+    sight_to_grid(&v->frame, v->by.now, true, at);
+    const double level = hypot(at[0], at[1]), half = sin(cone.half_rad) / fmax(level, 1e-9);
+    const double come_m =
+        promise_come_m(promise, atan2(at[1], at[0]), v->place.adrift_rad + (half < 1 ? asin(half) : GEO_PI));
+    for (size_t k = 0; k < run.n && come_m < s.to_m; k++) {
+        struct verdict_part *part = &v->part[(run.at + k) % v->parts];
+        part->promised_m = fmax(v->own_m, fmin(part->promised_m, come_m));
+    }
+}
+
+/* Of a vehicle that drifts. */
+static void heed_shown(struct verdict *v)
+{
+    if (v->by.now->pose.drift_mps <= 0)
+        return;
+    const struct promise promise = promise_begin(v->by.picture, v->by.conf, &v->frame, v->by.now, &v->place);
+    const struct ask_question from_own = question_from(v, 0, v->own_m);
+    struct question_shape q;
+    question_begin(&q, &from_own);
+    for (uint32_t row = 0; row < TILES_ROWS; row++) {
+        uint32_t n, column = question_columns(&q, row, &n);
+        for (; n > 0; n--, column++) {
+            const struct tile_index root = {0, (uint16_t)row, (uint16_t)(column % tiles_columns(row))};
+            heed_shown_in(v, &promise, &q, &root);
+        }
+    }
+}
+
 /* ---- why not farther ---- */
 
 #define LOOK_RAD 1e-3
@@ -243,8 +285,8 @@ static enum answer_reason reason_of_end(struct verdict *v, const struct verdict_
         }
     if (why != ANSWER_HEARD)
         return why;
-    if (part->found && part->from_m > near_of(v))
-        return ANSWER_BLIND;
+    if (part->found && part->from_m > part->promised_m)
+        return part->from_m > near_of(v) ? ANSWER_BLIND : ANSWER_MOVED;
     return part->found || was_looked_at(v, part) ? ANSWER_BEYOND : ANSWER_NEVER;
 }
 
@@ -306,7 +348,7 @@ static void take_water(struct verdict *v, struct verdict_part *part, const struc
     const double end_m = fmax(range_of(v, water->at, water->free_to_m), part->start_m);
     memcpy(part->line_at, water->at, sizeof part->line_at);
     draw_into_question(v, end_m, part->line_at);
-    if (part->starts == 1 || (part->found && part->from_m <= near_of(v))) {
+    if (part->starts == 1 || (part->found && part->from_m <= part->promised_m)) {
         memcpy(part->end_at, part->line_at, sizeof part->end_at);
         part->end_m = end_m;
     }
@@ -315,17 +357,21 @@ static void take_water(struct verdict *v, struct verdict_part *part, const struc
 /* It is free from start_m on as far as asked, and all nearer is the vehicle's, or promised. */
 static bool is_known(const struct verdict *v, const struct verdict_part *part)
 {
-    return part->found && part->from_m <= near_of(v) && part->free_m >= distance_of(v);
+    return part->found && part->from_m <= part->promised_m && part->free_m >= distance_of(v);
 }
 
-/* Nearer than `near` half as far, and again, as long as that is not the vehicle itself; then beyond it, where the water
- * begins. Negative: nowhere else. */
+/* Up to where `near` holds; half as far, and again, as long as that is not the vehicle itself; then beyond it, where
+ * the water begins. Negative: nowhere else. These are the same places for all distances. */
 static double next_start(const struct verdict *v, const struct verdict_part *part)
 {
-    if (part->found || part->starts == VERDICT_STARTS)
+    if (part->starts == VERDICT_STARTS || (part->found && part->from_m <= part->promised_m))
         return -1;
+    if (part->start_m <= near_of(v) && part->start_m > part->promised_m)
+        return part->promised_m;
     if (part->start_m <= near_of(v) && part->start_m > v->own_m)
         return fmax(part->start_m / 2, v->own_m);
+    if (part->found)
+        return -1;
     const double from_m = begins_m(v, part);
     return from_m > near_of(v) && from_m < farthest_start_m(v) ? from_m : -1;
 }
@@ -393,6 +439,7 @@ static void take_obstacles(struct verdict *v, const struct obstacles_found *foun
         const bool blocks = f->any && f->near_m <= distance_of(v);
         struct verdict_part *part = &v->part[k];
         *part = (struct verdict_part){.bottom_m = INFINITY,
+                                      .promised_m = near_of(v),
                                       .hint_m = f->hint_m,
                                       .against = f->hint_m < INFINITY ? ANSWER_BEYOND : ANSWER_HEARD,
                                       .answer = {.state = ANSWER_UNKNOWN, .age_s = -1}};
@@ -440,6 +487,7 @@ bool verdict_begin(struct verdict *v, const struct verdict_evidence *by, const s
     v->n = store_look(by->store, by->list, &now, v->view);
     ask_from(v, 0, near_of(v));
     heed_bottom(v);
+    heed_shown(v);
     return true;
 }
 

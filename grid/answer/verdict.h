@@ -34,11 +34,12 @@ struct verdict_evidence {
 struct verdict_part {
     struct answer answer;
     enum answer_reason against; /* the gravest that stands against clear, whatever is free */
-    double hint_m;   /* an echo nearer than `near` that is too little to block; INFINITY: there is none */
-    double bottom_m; /* it begins here, in the question's measure; INFINITY: nowhere */
-    int starts;      /* so often the water was asked, ... */
-    double start_m;  /* ... the last time from here on */
-    bool found;      /* some of it is free: */
+    double hint_m;     /* an echo nearer than `near` that is too little to block; INFINITY: there is none */
+    double bottom_m;   /* it begins here, in the question's measure; INFINITY: nowhere */
+    double promised_m; /* `near` holds up to here */
+    int starts;        /* so often the water was asked, ... */
+    double start_m;    /* ... the last time from here on */
+    bool found;        /* some of it is free: */
     double from_m, free_m;
     uint64_t oldest_ns;      /* the record that this rests on; 0: on none */
     double line_at[3];       /* in which direction it was free no farther the last time, ... */

@@ -4,7 +4,7 @@
  * shorter distance, `near` holds where a beam has looked, and each reason is told where it is the reason.
  */
 #include "grid/answer/verdict.h"
-#include "tests/lib/picture_rig.h"
+#include "tests/lib/looks_rig.h"
 
 #define TICK  (SECOND / 10)
 #define BEAMS 32
@@ -186,6 +186,108 @@ TEST(each_reason_is_told)
     }
 }
 
+/* The sonars, as `near` has it: those that turn take so long for a turn, and have looked everywhere within 12 s, or
+ * for so long no farther than that to each side. */
+static void turn(double turn_s, double swept_deg)
+{
+    struct picture_frame frame;
+    picture_get_frame(&picture, &frame);
+    frame.turn_s = turn_s;
+    for (int k = 0; k < BEARINGS && swept_deg > 0; k++)
+        if (fabs(geo_wrap_pi((k + 0.5) * GEO_TURN / BEARINGS)) > geo_rad(swept_deg))
+            frame.looks.heard_ds[0][k] = 120;
+    for (int k = 1; k < BEARINGS_SENSORS; k++)
+        memset(frame.looks.heard_ds[k], 0xff, sizeof frame.looks.heard_ds[k]);
+    picture_begin(&picture);
+    picture_set_frame(&picture, &frame);
+    picture_end(&picture);
+}
+
+/* A post of which there was an echo so long ago. */
+static void put_post(double az_deg, double at_m, double age_s)
+{
+    struct picture_entry e = {0};
+    const uint64_t t_ns = NOW - (uint64_t)(age_s * 1e9);
+    e.obstacle[0] = (struct picture_obstacle){.t_ref_ns = t_ns,
+                                              .t_echo_ns = t_ns,
+                                              .logodds = 4,
+                                              .near_m = (float)at_m,
+                                              .range_m = (float)at_m,
+                                              .sd_m = 0.05f};
+    picture_begin(&picture);
+    picture_set(&picture, rings_index(&rings, geo_rad(az_deg), geo_rad(1)), &e);
+    picture_end(&picture);
+}
+
+/*
+ * Ahead the fan has just shown all that it can, which is nothing nearer than 1.5 m. Beside that a beam has shown a post
+ * at 3 m, past which the vehicle may have drifted since; not if all has been looked at since, or nobody looks there.
+ */
+TEST(what_was_shown_beside_may_have_come_ahead)
+{
+    static const uint64_t all = UINT64_MAX, ahead = UINT64_C(0xff000000000000ff);
+    static const struct {
+        double az_deg, age_s, turn_s;
+        uint64_t bearings;
+        double come_m; /* negative: nothing has */
+        double swept_deg;
+    } row[] = {{40, 4, 4, all, 1, 0},    {-40, 4, 4, all, 1, 0},   {40, 1, 4, all, -1, 0}, {90, 4, 4, all, -1, 0},
+               {90, 8, 4, all, 0, 0},    {150, 8, 4, all, 0, 0},   {90, 8, 3, all, -1, 0}, {90, 8, 3, all, 0, 60},
+               {90, 8, 4, ahead, -1, 0}, {40, 4, 0, ahead, -1, 0}, {40, 4, 4, 0, -1, 0}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        begin();
+        looks_at(row[i].bearings, 0, false);
+        turn(row[i].turn_s, row[i].swept_deg);
+        put_post(row[i].az_deg, 3, row[i].age_s);
+        ping.el_aperture_rad = (float)geo_rad(60);
+        for (int k = 0; k < BEAMS; k++)
+            beam[k].blind_m = 1.5f;
+        send();
+        for (size_t k = 0; k < sizeof asks / sizeof *asks; k++)
+            CHECK(asks[k](2.5, 4)->state == ANSWER_CLEAR);
+        now.pose.drift_mps = 0.5;
+        for (size_t k = 0; k < sizeof asks / sizeof *asks; k++)
+            for (double to_m = 0.5; to_m < 2.6; to_m += 0.5) {
+                const struct answer *a = asks[k](to_m, 4);
+                CHECK_INT(a->state, row[i].come_m < 0 ? ANSWER_CLEAR : ANSWER_UNKNOWN);
+                CHECK(a->state == ANSWER_CLEAR || (a->reason == ANSWER_MOVED && a->blind_to_m >= 1.5));
+            }
+        for (int k = 0; k < BEAMS; k++)
+            beam[k].blind_m = 0.75f; /* now it shows that nothing has come */
+        send();
+        for (size_t k = 0; k < sizeof asks / sizeof *asks; k++)
+            CHECK_INT(asks[k](2.5, 4)->state, row[i].come_m == 0 ? ANSWER_UNKNOWN : ANSWER_CLEAR);
+    }
+}
+
+/* Of a fan of 96 degrees off the middle: in which directions it looks depends on how far away that is. */
+TEST(near_holds_where_a_fan_off_the_middle_has_looked)
+{
+    static const struct {
+        double mount_m[2], az_deg, near_m;
+        bool looks;
+    } row[] = {{{0, 0}, 40, 2, true},     {{0, 0}, 55, 2, false},    {{-0.6, 0}, 55, 2, true}, /* 43 degrees */
+               {{-0.6, 0}, 55, 4, true},  {{0.4, 0}, 40, 2, false},                            /* 49 degrees */
+               {{0.4, 0}, 40, 4, true},   {{0, 0.4}, 50, 2, true},   {{0, 0.4}, -42, 2, false},
+               {{0, -0.4}, -50, 2, true}, {{0, -0.4}, 42, 2, false}, {{0, 0.4}, -42, 8, true}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        const struct mount mount = {.attitude = {1, 0, 0, 0},
+                                    .position_m = {row[i].mount_m[0], row[i].mount_m[1]}};
+        begin();
+        ping.seq++;
+        ping.pose = now.pose;
+        ping.pose.t_ns = ping.t_ns;
+        store_enter(store, &ping, &mount);
+        for (double to_m = 0.6; to_m < 1.6; to_m += 0.3) {
+            const struct answer *a = end(&(struct obstacles_query){.line = {.az_rad = geo_rad(row[i].az_deg),
+                                                                            .distance_m = to_m,
+                                                                            .half_angle_rad = geo_rad(1),
+                                                                            .near_m = row[i].near_m}});
+            CHECK_INT(a->state, row[i].looks ? ANSWER_CLEAR : ANSWER_UNKNOWN);
+        }
+    }
+}
+
 int main(void)
 {
     RUN(clear_to_a_distance_is_clear_to_every_shorter_one);
@@ -194,5 +296,7 @@ int main(void)
     RUN(nothing_is_promised_where_nobody_looked);
     RUN(blocked_is_an_obstacle_within_the_distance);
     RUN(each_reason_is_told);
+    RUN(what_was_shown_beside_may_have_come_ahead);
+    RUN(near_holds_where_a_fan_off_the_middle_has_looked);
     return test_end();
 }
