@@ -205,25 +205,29 @@ static void draw_in(const double axis[3], double most_rad, double at[3])
 static void draw_into_band(const struct verdict *v, double at[3])
 {
     const struct ask_band *band = &v->ask.question.asked.band;
+    const double loose = v->ask.question.asked.loose_rad;
     double az, el;
     quat_rotate_inverse(band->attitude, at, at);
     geo_angles(at, &az, &el);
     if (band->parts == 1 && band->width_rad > 0) {
         const double middle = band->from_rad + band->width_rad / 2, off = geo_wrap_pi(az - middle);
-        az = middle + fmax(-band->width_rad / 2, fmin(off, band->width_rad / 2));
+        const double most = band->width_rad / 2 + loose;
+        az = middle + fmax(-most, fmin(off, most));
     }
-    geo_direction(az, fmax(band->lo_rad, fmin(el, band->hi_rad)), at);
+    geo_direction(az, fmax(band->lo_rad - loose, fmin(el, band->hi_rad + loose)), at);
     quat_rotate(band->attitude, at, at);
 }
 
-/* A tile reaches beyond the question, and its middle may be there: the nearest direction of the question. */
+/* A tile reaches beyond the question, and its middle may be there: the nearest direction of the question, as far as its
+ * axes may be turned. */
 static void draw_into_question(const struct verdict *v, double range_m, double at[3])
 {
     const struct ask_question *q = &v->ask.question.asked;
     if (q->kind == ASK_AROUND)
         draw_into_band(v, at);
     else
-        draw_in(q->axis, q->kind == ASK_CONE ? q->half_rad : asin(fmin(1, q->radius_m / range_m)), at);
+        draw_in(q->axis, q->loose_rad + (q->kind == ASK_CONE ? q->half_rad : asin(fmin(1, q->radius_m / range_m))),
+                at);
 }
 
 /* Along a line, to its end. The question itself is over. */
@@ -260,13 +264,16 @@ static enum answer_reason outdated(const struct verdict *v, const struct water_v
     return way_m + view->margin_m > v->by.conf->move_limit_m ? ANSWER_MOVED : ANSWER_HEARD;
 }
 
-/* Did any sonar ever look there? */
+/* Did any sonar ever look there, as far as poses say where it was? */
 static bool was_looked_at(const struct verdict *v, const struct verdict_part *part)
 {
     const struct water_tile tile = {{part->end_at[0], part->end_at[1], part->end_at[2]}, LOOK_RAD};
-    for (int i = 0; i < v->n_aside; i++)
-        if (water_covers(&v->aside[i], &tile, part->end_m))
+    for (int i = 0; i < v->n_aside; i++) {
+        struct water_view view = v->aside[i];
+        view.margin_m = view.margin_rad = 0;
+        if (water_covers(&view, &tile, part->end_m))
             return true;
+    }
     return false;
 }
 
@@ -354,17 +361,27 @@ static void take_water(struct verdict *v, struct verdict_part *part, const struc
     }
 }
 
-/* It is free from start_m on as far as asked, and all nearer is the vehicle's, or promised. */
+/* From here on something else than the records says that the water is not free. */
+static double barred_m(const struct verdict_part *part)
+{
+    const double bar_m = fmin(part->bottom_m, part->hint_m);
+    return part->answer.state == ANSWER_BLOCKED ? fmin(bar_m, part->answer.near_m) : bar_m;
+}
+
+/* It is free as far as asked, or up to there, and all nearer is the vehicle's, or promised. */
 static bool is_known(const struct verdict *v, const struct verdict_part *part)
 {
-    return part->found && part->from_m <= part->promised_m && part->free_m >= distance_of(v);
+    const double to_m = fmin(distance_of(v), barred_m(part));
+    return part->found && part->from_m <= part->promised_m && part->free_m >= to_m &&
+           (part->from_m < to_m || to_m >= distance_of(v));
 }
 
 /* Up to where `near` holds; half as far, and again, as long as that is not the vehicle itself; then beyond it, where
  * the water begins. Negative: nowhere else. These are the same places for all distances. */
 static double next_start(const struct verdict *v, const struct verdict_part *part)
 {
-    if (part->starts == VERDICT_STARTS || (part->found && part->from_m <= part->promised_m))
+    if (part->starts == VERDICT_STARTS ||
+        (part->found && part->from_m <= part->promised_m && part->from_m < barred_m(part)))
         return -1;
     if (part->start_m <= near_of(v) && part->start_m > part->promised_m)
         return part->promised_m;
@@ -378,9 +395,7 @@ static double next_start(const struct verdict *v, const struct verdict_part *par
 
 static void give_water(const struct verdict_part *part, struct answer *a)
 {
-    double free_m = part->found ? fmin(fmin(part->free_m, part->hint_m), part->bottom_m) : 0;
-    if (a->state == ANSWER_BLOCKED)
-        free_m = fmin(free_m, a->near_m);
+    const double free_m = part->found ? fmin(part->free_m, barred_m(part)) : 0;
     a->blind_to_m = part->from_m;
     a->free_to_m = free_m > part->from_m ? free_m : 0;
 }
@@ -388,7 +403,7 @@ static void give_water(const struct verdict_part *part, struct answer *a)
 static void finish(struct verdict *v, struct verdict_part *part, enum answer_reason water)
 {
     struct answer *a = &part->answer;
-    if (water == ANSWER_HEARD && part->bottom_m < distance_of(v))
+    if (part->bottom_m < distance_of(v) && (part->free_m >= part->bottom_m || part->bottom_m <= part->promised_m))
         doubt(part, ANSWER_BOTTOM);
     doubt(part, water);
     give_water(part, a);

@@ -174,12 +174,18 @@ TEST(each_reason_is_told)
         CHECK(asks[i](5, 1.5)->reason == ANSWER_MOVED);
         now.pose.path_m = 0;
         CHECK(asks[i](5, 1.5)->state == ANSWER_CLEAR);
+        now.pose.uncertain_rad = geo_rad(20); /* the fan looks 12.5 degrees up and down */
+        CHECK(asks[i](5, 1.5)->reason == ANSWER_NEVER);
+        now.pose.uncertain_rad = 0;
         now.pose_fresh = false;
         CHECK(asks[i](5, 1.5)->reason == ANSWER_POSE_LOST);
         now.pose_fresh = true;
         now.pose.has |= POSE_ALTITUDE;
         now.pose.altitude_m = 0.8;
         CHECK(asks[i](5, 1.5)->reason == ANSWER_BOTTOM && asks[i](1.6, 1.5)->state == ANSWER_CLEAR);
+        const struct answer *low = asks[i](5, 4); /* where `near` would promise more */
+        CHECK(low->state == ANSWER_UNKNOWN && low->reason == ANSWER_BOTTOM);
+        CHECK(low->free_to_m > 1.6 && low->free_to_m < 3.5 && low->blind_to_m < low->free_to_m);
         now.pose.altitude_m = 30;
         CHECK(asks[i](5, 1.5)->state == ANSWER_CLEAR);
         now.pose.has &= ~(unsigned)POSE_ALTITUDE;
