@@ -82,7 +82,8 @@ static bool adds_as_seen(const struct sight *s, const struct bounds *b)
 struct along {
     const struct obstacles_scene *scene;
     const struct answer_query *query;
-    double reach_m; /* no direction is asked farther */
+    double reach_m;  /* no direction is asked farther, ... */
+    double beyond_m; /* ... but for this */
     struct scope scope;
     struct sight_fade fade;
     struct obstacles_found *found;
@@ -97,7 +98,7 @@ static double farthest_m(const struct answer_query *q, double moved_m)
 static struct bounds bounds_along(const struct along *a)
 {
     struct bounds b = bounds_of(a->found, a->query->near_m);
-    b.near_m = sight_less(b.near_m, nextafter(a->reach_m, INFINITY));
+    b.near_m = sight_less(b.near_m, a->beyond_m);
     return b;
 }
 
@@ -127,7 +128,9 @@ static enum answer_reason find_along(const struct obstacles_scene *scene, const 
 {
     const struct rings *rings = scene->picture->rings;
     const struct scope_view by = {scene->frame, scene->now, scene->place};
-    struct along a = {.scene = scene, .query = q, .reach_m = farthest_m(q, scene->place->moved_m), .found = found};
+    const double reach_m = farthest_m(q, scene->place->moved_m);
+    struct along a = {
+        .scene = scene, .query = q, .reach_m = reach_m, .beyond_m = nextafter(reach_m, INFINITY), .found = found};
     if (!scope_begin(&a.scope, rings, &by, q))
         return ANSWER_OUTSIDE;
     struct rings_visit visit = rings_visit(rings, a.scope.axis, a.scope.around_rad);
@@ -184,6 +187,7 @@ struct around {
     struct axes axes;
     struct sight_fade fade;
     struct obstacles_found *found;
+    struct bounds bounds[ANSWER_SECTORS_MAX]; /* of what was found in each */
 };
 
 /* The sectors that something may lie in which is at_m from the vehicle and in that cell, or up to spread_rad beside. */
@@ -195,10 +199,28 @@ static struct overlap_run sectors_of(const struct around *a, struct overlap_cell
                        a->axes.uncertain_rad + sight_aside_rad(place, at_m + place->moved_m) + spread_rad);
 }
 
-static struct obstacles_found *found_in(const struct around *a, const struct overlap_run *run, size_t k)
+static size_t sector_in(const struct around *a, const struct overlap_run *run, size_t k)
 {
     const size_t at = run->at + k;
-    return &a->found[at < a->sectors.count ? at : at - a->sectors.count];
+    return at < a->sectors.count ? at : at - a->sectors.count;
+}
+
+static void add_obstacle(struct around *a, const struct overlap_run *run, const struct sight *s)
+{
+    for (size_t k = 0; k < run->n; k++) {
+        const size_t at = sector_in(a, run, k);
+        take(&a->found[at], s, a->scene);
+        a->bounds[at] = bounds_of(&a->found[at], a->hint_m);
+    }
+}
+
+static void add_hint(struct around *a, const struct overlap_run *run, double hint_m)
+{
+    for (size_t k = 0; k < run->n; k++) {
+        const size_t at = sector_in(a, run, k);
+        a->found[at].hint_m = sight_less(a->found[at].hint_m, hint_m);
+        a->bounds[at] = bounds_of(&a->found[at], a->hint_m);
+    }
 }
 
 static void look_around(struct around *a, uint32_t ring, uint32_t direction, const struct bounds *bounds)
@@ -214,13 +236,11 @@ static void look_around(struct around *a, uint32_t ring, uint32_t direction, con
     struct overlap_cell cell = cell_of(scene, &a->axes, ring, direction);
     if (s.obstacle && s.near_m < bounds->near_m) {
         const struct overlap_run run = sectors_of(a, &cell, s.near_m, 0);
-        for (size_t k = 0; k < run.n; k++)
-            take(found_in(a, &run, k), &s, scene);
+        add_obstacle(a, &run, &s);
     }
     if (s.hint_m < bounds->hint_m && !(s.obstacle && s.near_m <= a->band->reach_m)) {
         const struct overlap_run run = sectors_of(a, &cell, s.hint_m, 0);
-        for (size_t k = 0; k < run.n; k++)
-            found_in(a, &run, k)->hint_m = sight_less(found_in(a, &run, k)->hint_m, s.hint_m);
+        add_hint(a, &run, s.hint_m);
     }
 }
 
@@ -237,9 +257,9 @@ static struct bounds bounds_around(const struct around *a, uint32_t ring, uint32
     const struct overlap_run run = sectors_of(a, &cell, told_m, spread);
     struct bounds all = {0, 0};
     for (size_t k = 0; k < run.n; k++) {
-        const struct bounds one = bounds_of(found_in(a, &run, k), a->hint_m);
-        all.near_m = sight_more(all.near_m, one.near_m);
-        all.hint_m = sight_more(all.hint_m, one.hint_m);
+        const struct bounds *one = &a->bounds[sector_in(a, &run, k)];
+        all.near_m = sight_more(all.near_m, one->near_m);
+        all.hint_m = sight_more(all.hint_m, one->hint_m);
     }
     return all;
 }
@@ -291,6 +311,8 @@ static enum answer_reason find_around(const struct obstacles_scene *scene, const
                        .axes = axes_of(scene, band),
                        .found = found};
     const double loose = a.axes.tilt_rad + a.axes.uncertain_rad;
+    for (size_t k = 0; k < band->count; k++)
+        a.bounds[k] = bounds_of(&found[k], a.hint_m);
     for (uint32_t first = 0; first < RINGS_APART; first++)
         for (uint32_t ring = first; ring < rings->n_rings; ring += RINGS_APART)
             if (may_reach(&a, ring))
