@@ -299,7 +299,8 @@ static void look_in_ring(struct around *a, uint32_t ring)
 
 #define RINGS_APART 13
 
-/* Not one ring after the other: above a level bottom each would be nearer than all before it, and add to every sector. */
+/* Not one ring after the other: above a level bottom each would be nearer than all before it, and add to every
+ * sector. */
 static enum answer_reason find_around(const struct obstacles_scene *scene, const struct answer_band *band,
                                       struct obstacles_found *found)
 {

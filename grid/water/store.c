@@ -201,8 +201,8 @@ static double turned_rad(const struct store_now *now, const struct water_record 
     return now->pose->heading_radps * seconds_since(r->t_ns, now->now_ns);
 }
 
-/* A step of the way went in a direction that was wrong, against that of now, by as much as the heading has drifted since
- * the step: no more than since the record before it. */
+/* A step of the way went in a direction that was wrong, against that of now, by as much as the heading has drifted
+ * since the step: no more than since the record before it. */
 static void stray(struct strayed *s, const struct store_now *now, const struct water_record *r)
 {
     s->off_m += fmin(turned_rad(now, r), 2) * fmax(s->path_m - r->path_m, 0);
