@@ -62,7 +62,8 @@ static void drop_job(void *state)
     free(state);
 }
 
-/* Kept with the request; NULL: there is no such grid, or no memory. */
+/* Kept with the request; NULL: there is no such grid, or no memory. To begin it takes a look at the whole picture: what
+ * the records say is another part of the answer. */
 static struct verdict_job *new_job(const struct rpc_call *call, json_t *params, struct rpc_error *error)
 {
     struct methods_env *d = call->daemon;
@@ -90,12 +91,13 @@ static bool write_blocked(const struct rpc_call *call, struct json_out *out, str
 
 bool method_blocked(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
 {
+    (void)out;
     struct verdict_job *job = new_job(call, params, error);
     if (!job)
         return false;
     direction_query(params, &job->query.line);
     verdict_job_begin(job);
-    return write_blocked(call, out, error);
+    return rpc_continue(call, write_blocked);
 }
 
 static void write_sector(struct json_out *out, const struct answer *a, double azimuth_deg, double width_deg)
@@ -190,6 +192,7 @@ static bool judge_sectors(const struct rpc_call *call, struct json_out *out, str
 bool method_sectors(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
 {
     double band[2];
+    (void)out;
     struct verdict_job *job = new_job(call, params, error);
     if (!job)
         return false;
@@ -201,7 +204,7 @@ bool method_sectors(const struct rpc_call *call, json_t *params, struct json_out
                                                    .reach_m = sectors_reach_m(job->d, job->grid, params),
                                                    .count = (size_t)params_integer(params, "count")}};
     verdict_job_begin(job);
-    return judge_sectors(call, out, error);
+    return rpc_continue(call, judge_sectors);
 }
 
 /* Of an obstacle, or of what is not known. Before an obstacle that is the gravest cause, whose age is not in *n. */

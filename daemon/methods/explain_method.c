@@ -589,8 +589,9 @@ static bool ask_verdict(const struct rpc_call *call, struct json_out *out, struc
     if (verdict_job_step(&s->verdict))
         return rpc_continue(call, ask_verdict);
     s->answer = *verdict_of(&s->verdict.verdict, 0);
+    (void)out, (void)error;
     begin_records(s);
-    return ask_records(call, out, error);
+    return rpc_continue(call, ask_records);
 }
 
 bool method_explain(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
@@ -598,6 +599,7 @@ bool method_explain(const struct rpc_call *call, json_t *params, struct json_out
     struct scene *s = begin_scene(call->daemon, params, error);
     if (!s)
         return false;
+    (void)out;
     rpc_work_keep(call->work, s, drop_scene);
-    return ask_verdict(call, out, error);
+    return rpc_continue(call, ask_verdict);
 }

@@ -21,7 +21,8 @@ struct obstacles_found {
     double near_m; /* it may begin so near */
     double range_m, sd_m;
     double confidence, age_s;
-    double hint_m; /* within near_m of the query is an echo that is too little to block; INFINITY: there is none */
+    double hint_m; /* within near_m of the query, and before the obstacle, is an echo that is too little to block;
+                      INFINITY: there is none */
 };
 
 /* Who asks, from where. */
@@ -39,7 +40,8 @@ static inline size_t obstacles_parts(const struct obstacles_query *q)
 }
 
 /** obstacles_find - in each part, those of a cone or corridor up to its distance; found: room for the parts. Returns
- * ANSWER_HEARD; ANSWER_OUTSIDE: not all directions asked about are kept. */
+ * ANSWER_HEARD; ANSWER_OUTSIDE: not all directions asked about are kept. Cost: a glance at each direction, and a look
+ * at those that may be the nearest of their part so far. */
 enum answer_reason obstacles_find(const struct obstacles_scene *scene, const struct obstacles_query *query,
                                   struct obstacles_found *found);
 

@@ -105,7 +105,17 @@ static void ask_from(struct verdict *v, size_t part, double from_m)
 
 #define BOTTOM_LEVELS TILES_LEVELS
 
-/* How far the parts that the tile touches are free of the bottom. */
+/* So far may a part of the run be free of the bottom, as far as is known. */
+static double most_bottom_m(const struct verdict *v, const struct question_run *run)
+{
+    double most_m = 0;
+    for (size_t k = 0; k < run->n; k++)
+        most_m = fmax(most_m, v->part[(run->at + k) % v->parts].bottom_m);
+    return most_m;
+}
+
+/* How far the parts that the tile touches are free of the bottom. Roots come from the lowest on, so most that are higher
+ * can tell nothing nearer and are not divided. */
 static void heed_bottom_in(struct verdict *v, const struct bottom *bottom, const struct tile_index *tile)
 {
     const struct question_shape *q = &v->ask.question;
@@ -116,13 +126,13 @@ static void heed_bottom_in(struct verdict *v, const struct bottom *bottom, const
         return;
     const double lowest = asin(fmax(-1, fmin(cone.v[2], 1))) + cone.half_rad + q->asked.loose_rad;
     const double free_m = bottom_reach_m(bottom, sin(fmin(lowest, GEO_PI / 2)));
-    if (free_m >= s.to_m)
+    const double least_m = question_measure(q, &cone, free_m);
+    if (free_m >= s.to_m || least_m >= most_bottom_m(v, &run))
         return;
     for (int i = 0; i < 4 && tile->level + 1 < BOTTOM_LEVELS; i++) {
         const struct tile_index part = tiles_part(tile, i);
         heed_bottom_in(v, bottom, &part);
     }
-    const double least_m = question_measure(q, &cone, free_m);
     for (size_t k = 0; k < run.n && tile->level + 1 == BOTTOM_LEVELS; k++) {
         struct verdict_part *part = &v->part[(run.at + k) % v->parts];
         part->bottom_m = fmin(part->bottom_m, least_m);

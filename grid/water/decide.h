@@ -39,7 +39,8 @@ struct water_view {
     const struct water_record *record;
     double at_m[3];    /* the vehicle, from the sensor, in its axes */
     double margin_m;   /* so far may the vehicle be from there */
-    double margin_rad; /* and directions turned so far */
+    double margin_rad; /* and directions turned so far, ... */
+    double lift_rad;   /* ... up and down in the sensor's axes no farther than this */
     bool lost;         /* nothing is heard of its sonar: it ends water, and frees none */
 };
 

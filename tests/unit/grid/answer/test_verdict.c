@@ -46,10 +46,9 @@ static void send(void)
     store_enter(store, &ping, &mount_identity);
 }
 
-/* An obstacle straight ahead, or an echo too little for one. */
-static void put(double at_m, double logodds)
+static void put_behind(double at_m, double logodds, double hint_m)
 {
-    struct picture_entry e = {.hint_m = (float)(logodds > 0 ? 0 : at_m)};
+    struct picture_entry e = {.hint_m = (float)hint_m};
     e.obstacle[0] = (struct picture_obstacle){.t_ref_ns = NOW,
                                               .t_echo_ns = NOW - SECOND,
                                               .logodds = (float)logodds,
@@ -58,6 +57,12 @@ static void put(double at_m, double logodds)
     picture_begin(&picture);
     picture_set(&picture, rings_index(&rings, 0.01, 0.01), &e);
     picture_end(&picture);
+}
+
+/* An obstacle straight ahead, or an echo too little for one. */
+static void put(double at_m, double logodds)
+{
+    put_behind(at_m, logodds, logodds > 0 ? 0 : at_m);
 }
 
 static const struct answer *end(const struct obstacles_query *q)
@@ -156,6 +161,19 @@ TEST(blocked_is_an_obstacle_within_the_distance)
     put(1, 0); /* nearer than `near`, where no record tells of it */
     for (size_t i = 0; i < sizeof asks / sizeof *asks; i++)
         CHECK(asks[i](5, 1.5)->state == ANSWER_UNKNOWN && asks[i](0.9, 1.5)->reason != ANSWER_BEYOND);
+}
+
+/* Whatever stands behind it, beyond the distance. */
+TEST(an_echo_within_near_that_is_too_little_to_block_bars_the_water)
+{
+    begin();
+    send();
+    for (size_t i = 0; i < sizeof asks / sizeof *asks; i++) {
+        put_behind(9, 2, 1);
+        CHECK_INT(asks[i](5, 1.5)->state, ANSWER_UNKNOWN);
+        put_behind(9, 2, 0);
+        CHECK_INT(asks[i](5, 1.5)->state, ANSWER_CLEAR);
+    }
 }
 
 TEST(each_reason_is_told)
@@ -301,6 +319,7 @@ int main(void)
     RUN(near_holds_up_to_what_is_observed);
     RUN(nothing_is_promised_where_nobody_looked);
     RUN(blocked_is_an_obstacle_within_the_distance);
+    RUN(an_echo_within_near_that_is_too_little_to_block_bars_the_water);
     RUN(each_reason_is_told);
     RUN(what_was_shown_beside_may_have_come_ahead);
     RUN(near_holds_where_a_fan_off_the_middle_has_looked);
