@@ -57,7 +57,7 @@ WEBLIB   := $(if $(WEB),$(BUILD)/libweb.a)
 SIMLIB   := $(BUILD)/libsim.a
 SEALIB   := $(BUILD)/libsea.a
 PILOTLIB := $(BUILD)/libpilot.a
-ALL_A    := $(PILOTLIB) $(SEALIB) $(SIMLIB) $(WEBLIB) $(CLIENT) $(DAEMON) $(CONFIG) $(PROTOCOL) $(DRIVERS) $(GRID) $(CORE)
+ALL_A    := $(SEALIB) $(PILOTLIB) $(SIMLIB) $(WEBLIB) $(CLIENT) $(DAEMON) $(CONFIG) $(PROTOCOL) $(DRIVERS) $(GRID) $(CORE)
 
 PROGRAMS := $(BUILD)/sonard $(BUILD)/sonarctl $(BUILD)/sonard-mavlink $(if $(WEB),$(BUILD)/sonard-web)
 LIBRARY  := $(BUILD)/libsonard.so.0
@@ -223,6 +223,7 @@ help:
 	@echo 'make soak       load that stays: a day in virtual time, and an hour in which every wire fails, clients come and go (HOURS, MINUTES)'
 	@echo 'make bench      measure: scaling, ratios, every part by itself; $(BUILD)/bench.json (QUICK=1: shorter, LONG=1: all sizes)'
 	@echo 'make pilot      drive a vehicle by the answers through worlds drawn at random: $(BUILD)/pilot/ (SEEDS=72, so many drives)'
+	@echo 'make score      what is found and said beside rivals, one table in report/scores/ (RELEASE=1: once a version, over new seeds)'
 	@echo 'make report     error against run time, measured: $(BUILD)/report/index.html, in minutes (QUICK=1: seconds, LONG=1: with a billion updates)'
 	@echo 'make man        the manual pages for man -l, with the keys and methods that the program has'
 	@echo 'make prose      plain English in what people read: glossary, lengths of sentences, spelling (tests/prose)'
@@ -299,7 +300,7 @@ check-web:
 
 # What has one thread has nothing for the thread sanitizer: unit tests of such modules, and live tests of the clients.
 THREADED := $(patsubst %.c,%,$(notdir $(shell grep -lE '"(core/(latency|log|loop|ring|snapshot|worker)|daemon/)|pthread' $(UNIT_SRC))))
-CLIENTS  := $(patsubst %,tests/live/test_%.py,completion docs imports mavlink mistakes rosbag schema setup top tune web)
+CLIENTS  := $(patsubst %,tests/live/test_%.py,archive completion docs import_formats imports mavlink mistakes rosbag schema setup top tune web)
 TSAN     := CC=clang SAN=thread BUILD=$(BUILD)/tsan
 
 check-san: deps-long
@@ -417,6 +418,11 @@ report:
 	@$(MAKE) --no-print-directory programs $(REPORT) $(PEER)
 	@report/report.py --out $(BUILD)/report --build $(BUILD) $(if $(QUICK),--quick,$(if $(LONG),--long))
 
+# One table beside rivals, in report/scores/; RELEASE=1: over seeds drawn now, once a version.
+.PHONY: score
+score: $(addprefix $(BUILD)/tests/,report_detection report_sectors report_recordings report_water)
+	@report/score.py --build $(BUILD) $(if $(RELEASE),--release)
+
 # ---- manual pages, installation ----
 
 # For who reads them from the tree: sonard.conf(5) and sonard-protocol(7) have their tables from the program.
@@ -452,20 +458,21 @@ PYTHONDIR ?= $(PREFIX)/lib/python$(if $(filter /usr,$(PREFIX)),3,$(shell python3
 UNITS    := $(filter-out $(if $(WEB),,%/sonard-web.service),$(patsubst systemd/%.in,$(BUILD)/systemd/%,$(wildcard systemd/*.service.in)))
 SERVICES := sonard.socket sonard.service sonard-mavlink.service $(if $(WEB),sonard-web.service)
 MAN      := docs/sonard.8 docs/sonard-mavlink.8 docs/sonarctl.1 $(BUILD)/sonard.conf.5 $(BUILD)/sonard-protocol.7 docs/libsonard.3 \
-            docs/sonard-tune.1 docs/sonard-report.1 docs/sonard-poses.1 docs/sonard-rosbag.1 $(if $(WEB),docs/sonard-web.8)
+            docs/sonard-tune.1 docs/sonard-report.1 docs/sonard-import.1 docs/sonard-poses.1 docs/sonard-rosbag.1 $(if $(WEB),docs/sonard-web.8)
 GUIDES   := NEWS README.md $(wildcard docs/*.md)
 # Guides name these by their places below docs/.
 PAPERS   := $(wildcard docs/devices/*.md docs/pictures/*)
 SCENES   := $(wildcard config/scenes/*.conf)
-EXAMPLES := $(wildcard examples/*.c examples/*.py) $(if $(WEB),$(wildcard examples/prometheus/*))
+EXAMPLES := $(wildcard examples/*.c examples/*.py examples/archive/*) $(if $(WEB),$(wildcard examples/prometheus/*))
 MODULE   := $(wildcard python/sonard/*.py) python/sonard/py.typed
-OPTIONED := sonard sonard-mavlink sonard-poses sonard-report sonard-rosbag sonard-tune $(if $(WEB),sonard-web)
+OPTIONED := sonard sonard-import sonard-mavlink sonard-poses sonard-report sonard-rosbag sonard-tune $(if $(WEB),sonard-web)
 PAGE     := page.py page.html style.gp capture_answers.gp
 SHARED   := config/sonard.conf systemd/network.conf $(SCHEMA)
 FILES     = $(BUILD)/sonard:$(PREFIX)/sbin/sonard:755 $(BUILD)/sonarctl:$(PREFIX)/bin/sonarctl:755 \
             $(BUILD)/sonard-mavlink:$(PREFIX)/sbin/sonard-mavlink:755 python/sonard-tune:$(PREFIX)/bin/sonard-tune:755 \
             python/sonard-report:$(PREFIX)/bin/sonard-report:755 python/sonard-poses:$(PREFIX)/bin/sonard-poses:755 \
-            python/sonard-rosbag:$(PREFIX)/bin/sonard-rosbag:755 \
+            python/sonard-rosbag:$(PREFIX)/bin/sonard-rosbag:755 python/sonard-import:$(PREFIX)/bin/sonard-import:755 \
+            python/mcap_file.py:$(PREFIX)/share/sonard-tools/mcap_file.py:644 \
             $(if $(WEB),$(BUILD)/sonard-web:$(PREFIX)/sbin/sonard-web:755) \
             $(foreach p,$(PAGE),report/$(p):$(PREFIX)/share/sonard-report/$(p):644) \
             $(foreach m,$(MAN),$(m):$(PREFIX)/share/man/man$(subst .,,$(suffix $(m)))/$(notdir $(m)):644) \
@@ -515,7 +522,7 @@ uninstall:
 	-@test -n '$(DESTDIR)' || ! command -v systemctl > /dev/null || systemctl disable --now $(SERVICES)
 	@test -n '$(DESTDIR)' || ! command -v systemctl > /dev/null || systemctl stop 'sonard-replay@*.service'
 	rm -f $(foreach f,$(FILES),$(DESTDIR)$(call field,2,$(f))) $(DESTDIR)$(LIBDIR)/libsonard.so
-	-@rmdir $(DESTDIR)$(PYTHONDIR)/sonard $(addprefix $(DESTDIR)$(PREFIX)/share/doc/sonard/,examples/prometheus examples devices pictures) $(DESTDIR)$(PREFIX)/share/sonard/scenes $(DESTDIR)$(PREFIX)/share/doc/sonard $(DESTDIR)$(PREFIX)/share/sonard $(DESTDIR)$(PREFIX)/share/sonard-report
+	-@rmdir $(DESTDIR)$(PYTHONDIR)/sonard $(addprefix $(DESTDIR)$(PREFIX)/share/doc/sonard/,examples/prometheus examples/archive examples devices pictures) $(DESTDIR)$(PREFIX)/share/sonard/scenes $(DESTDIR)$(PREFIX)/share/doc/sonard $(DESTDIR)$(PREFIX)/share/sonard $(DESTDIR)$(PREFIX)/share/sonard-report $(DESTDIR)$(PREFIX)/share/sonard-tools
 
 clean:
 	rm -rf $(BUILD) demo

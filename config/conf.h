@@ -273,6 +273,7 @@ struct conf_record {
     char directory[CONF_TEXT_MAX]; /* directory = /var/lib/sonard/captures; none: empty, no recording */
     double file_size_bytes;        /* file_size = 256 MiB */
     int files;                     /* files = 8: oldest beyond are removed; all: -1, none is removed */
+    int start;                     /* start = at once | on request */
 };
 
 struct conf_log {

@@ -99,6 +99,7 @@ static const struct need needs[] = {
     {"realtime", "processor_count", {SET("realtime", "processor")}},
     {"record", "file_size", {SET("record", "directory")}},
     {"record", "files", {SET("record", "directory")}},
+    {"record", "start", {SET("record", "directory")}},
 };
 
 #define N_NEEDS (sizeof needs / sizeof *needs)

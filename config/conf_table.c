@@ -630,6 +630,10 @@ const struct conf_key conf_keys[] = {
      .help = "Start a new file at this size."},
     {"record", "files", INTEGER(1, 1000000), .standard = "8", .instead = "all", .instead_value = -1,
      CONF(record.files), .help = "How many files to keep; the oldest are removed. all: keep every file."},
+    {"record", "start", WORDS("at_once", "on_request"), .standard = "at_once", CONF(record.start),
+     .help = "When recording begins. on_request: with sonarctl record start, the method record_start, or the "
+             "button of\n"
+             "the page. It ends with record stop, and can begin again, in a new file."},
 
     {"log", "level", LIVE, WORDS("err", "warning", "notice", "info", "debug"), .standard = "info", CONF(log.level),
      .help = "Least severe event to write."},

@@ -2,6 +2,7 @@
 #include "fit.h"
 
 #include <math.h>
+#include <stdio.h>
 
 #include "core/fault.h"
 #include "core/log.h"
@@ -195,8 +196,39 @@ static void judge_pose_delay(const struct conf *conf, fit_fn tell, void *ctx)
     tell(ctx, f.text);
 }
 
+/* The vehicle is what its radius and height hold, and what is mounted on it is a part of it. */
+static void judge_mount(const struct conf *conf, const char *section, const double mount_m[3], fit_fn tell,
+                        void *ctx)
+{
+    const double aside_m = hypot(mount_m[0], mount_m[1]), above_m = fabs(mount_m[2]);
+    const bool wide = aside_m > conf->vehicle.radius_m + EQUAL,
+               high = above_m > conf->vehicle.height_m / 2 + EQUAL;
+    struct fault f;
+    if (!wide && !high)
+        return;
+    fault_set(
+        &f,
+        "[%s] mount = %g %g %g m: outside of the vehicle, whose %s is %g m; measure it again, or set [vehicle] "
+        "%s = %g m at least, so that limit has room for it, too",
+        section, mount_m[0], mount_m[1], mount_m[2], wide ? "radius" : "height",
+        wide ? conf->vehicle.radius_m : conf->vehicle.height_m, wide ? "radius" : "height",
+        wide ? ceil(aside_m * 100) / 100 : 2 * above_m);
+    tell(ctx, f.text);
+}
+
+static void judge_mounts(const struct conf *conf, fit_fn tell, void *ctx)
+{
+    char section[CONF_NAME_MAX + 8];
+    for (int i = 0; i < conf->n_sonars; i++) {
+        snprintf(section, sizeof section, "sonar %s", conf->sonar[i].name);
+        judge_mount(conf, section, conf->sonar[i].mount_m, tell, ctx);
+    }
+    judge_mount(conf, "depth", conf->depth.mount_m, tell, ctx);
+}
+
 void fit_judge(const struct conf *conf, fit_fn tell, void *ctx)
 {
+    judge_mounts(conf, tell, ctx);
     for (int i = 0; i < conf->n_sonars; i++) {
         judge_step(&conf->sonar[i], tell, ctx);
         judge_cells(conf, &conf->sonar[i], tell, ctx);

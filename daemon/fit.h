@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * fit - settings that are allowed each, and with which next to nothing is ever clear: a sonar's beam against its steps,
- * the grid's directions and the vehicle. What only the measured water can tell is in the method `status`. Knows the
- * configuration and the devices' table.
+ * the grid's directions and the vehicle. And a mount that cannot be, outside of the vehicle. What only the measured
+ * water can tell is in the method `status`. Knows the configuration and the devices' table.
  */
 #ifndef SONARD_FIT_H
 #define SONARD_FIT_H

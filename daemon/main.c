@@ -289,7 +289,8 @@ static bool make_record(struct process *d, const struct conf_source *source, str
                                        .files = d->env.conf.record.files,
                                        .conf_text = text,
                                        .conf_size = size,
-                                       .unix_offset_ns = d->env.unix_offset_ns};
+                                       .unix_offset_ns = d->env.unix_offset_ns,
+                                       .paused = d->env.conf.record.start != 0};
     d->env.record = record_open(&conf, loop_now(d->env.loop), fault);
     if (d->env.record)
         d->env.pose_channel = record_channel(d->env.record, "/pose", "json");

@@ -13,7 +13,7 @@
 
 #define ECHOES_PER_BEAM 4
 
-/* Shares of the way from a beam's axis to its edge (half power). The two-way pattern, exp(-4 ln 2 u^2) at the share u,
+/* Shares of the way from a beam's axis to its edge (half power). The two-way pattern, exp(-2 ln 2 u^2) at the share u,
  * takes 0.4 dB at the first: as much as nothing. At the second it takes 3 dB, and 6 dB at the edge. */
 #define BEAM_AXIS_SHARE 0.25
 #define BEAM_SIDE_SHARE 0.7

@@ -62,13 +62,13 @@ set output out.'extract_trade.svg'
 set xlabel 'surfaces missed'
 set ylabel 'false first echoes, of all beams'
 least = 0.002
-set xrange [0.05:1.1]
+set xrange [0.03:1.2]
 set yrange [0.0018:1.1]
-set xtics ("5 %%" 0.05, "10 %%" 0.1, "20 %%" 0.2, "50 %%" 0.5, "100 %%" 1)
+set xtics ("3 %%" 0.03, "5 %%" 0.05, "10 %%" 0.1, "20 %%" 0.2, "50 %%" 0.5, "100 %%" 1)
 set ytics ("0" least, "1 %%" 0.01, "2 %%" 0.02, "5 %%" 0.05, "10 %%" 0.1, "20 %%" 0.2, "50 %%" 0.5, "100 %%" 1)
 plot for [k in ordered] of(k) using "missed_share":(show(column("false_share"))) with linespoints lc place(k) pt 7 title k, \
      for [k in named] of(k) using "missed_share":(show(column("false_share"))) with points lc place(k) pt 7 title k, \
-     points using "missed_share":(show(column("false_share"))):(far(column("missed_share"), show(column("false_share"))) ? field("value") : "") \
+     points using "missed_share":(show(column("false_share"))):(column('told_missed_share') == 1 && far(column("missed_share"), show(column("false_share"))) ? field("value") : "") \
          with labels left offset 0.6,0.4 font ',10' textcolor rgb '#555555' notitle, \
      points using (flag("default", "missed_share")):(show(column("false_share"))) with points pt 3 ps 1.8 lw 2 lc rgb 'black' title 'shipped default'
 
@@ -90,6 +90,7 @@ set xtics autofreq rotate by 45 right
 do for [i = 1:words(knobs)] {
     k = word(knobs, i)
     set title k offset 0,-0.5
+    if (k eq 'cleanup') { set xtics rotate by 90 right }
     set ytics ("0" least, "0.1 %%" 0.001, "1 %%" 0.01, "10 %%" 0.1, "100 %%" 1)
     if (i != 1 && i != 7) { set format y ""; set ytics ("" least, "" 0.001, "" 0.01, "" 0.1, "" 1) }
     plot of(k) using "place":(show(column("behind_share"))):xtic(field("value")) with linespoints lc 2 notitle, \

@@ -10,11 +10,17 @@ the data as CSV. The text is index.md and one file per chapter; a line that begi
   @count DATA FUNCTION PROGRAM ARGS...  the same under callgrind: a column of instructions in FUNCTION between two
                                    calls of cost_mark, per `bins` of the row; empty where there is no valgrind
   @if_peer TEXT                    TEXT, where the benchmark's peer is built: a conclusion that rests on it
+  @count_long DATA FUNCTION PROGRAM ARGS...  the same with LONG=1; otherwise the data has one empty row
+  @sweep DATA ERRORS COUNT         one row per setting of report_sweep
   @peer DATA COLUMN[:TITLE]...     what the benchmark's peer says, as data and a table; a sentence where it is not built
   @points DATA ERRORS COST COUNT MEASURE[!][<LIMIT]... [+COLUMN]...  one row per setting: medians over seeds, cost, Pareto
                                    fronts; a setting beyond a limit is no use and on no front; a COLUMN has no front.
                                    A MEASURE with ! is dangerous: the worst of the seeds, and MEASURE_seeds says in how
                                    many of them it is above 0; where fewer than 8 seeds were run, the report fails
+  @seeds DATA FROM MEASURE[!]...   one row per setting: medians over seeds, of what is dangerous the worst, as @points has it
+  @claim EXPRESSION :: TEXT        TEXT, where EXPRESSION holds over the data (claims.py); else the run fails. {...} in TEXT,
+                                   and in all other text of a line that begins with @say, is a figure from the data
+  @stated FILE :: TEXT             TEXT with its figures must stand in FILE of the tree, else the run fails
   @judge DATA                      is the default on the front, and what does it give up, in words and a table
   @plot SCRIPT                     gnuplot SCRIPT.gp, with `data` and `out` set
   @figure FILE CAPTION             FILE.svg
@@ -30,6 +36,7 @@ measures time.
 import argparse
 import concurrent.futures
 import csv
+import itertools
 import json
 import math
 import os
@@ -43,12 +50,17 @@ import tempfile
 import time
 
 import page
+from claims import Claims, interval
 from page import HERE, markdown_table, number, read
 
 
 # What takes longest, begun first so that no processor waits for it at the end. Only the order depends on it.
-LONGEST = ("long", "pilot_drives", "extract_count", "voxel_settings", "voxel_shaft", "voxel_errors", "drift", "stability", "sphere_count", "left_out_count", "plan_count",
+LONGEST = ("long", "pilot_drives", "extract_count", "sweep_errors", "voxel_settings", "voxel_errors", "drift_seeds", "stability", "sphere_count", "left_out_count", "plan_count",
            "chain_count", "voxel_slices", "voxel_false", "sphere_errors", "chain_errors")
+
+
+# Callgrind takes most of a quick run's time; one count is enough to try the machinery.
+COUNTED_IN_QUICK = "saturated_count"
 
 
 class Report:
@@ -56,9 +68,12 @@ class Report:
         self.build, self.out, self.size = build, out, size
         self.data = os.path.join(out, "data")
         self.figures = 0
+        self.cpu_s = {}
+        self.broken = []
         self.begin = time.monotonic()
         shutil.rmtree(out, ignore_errors=True)
         os.makedirs(self.data)
+        self.claims = Claims(self.data)
 
     # ---- data ----
 
@@ -75,12 +90,21 @@ class Report:
     def program(self, name, *args):
         return [os.path.join(self.build, "tests", name), *args, *([self.size] if self.size else [])]
 
-    def run(self, name, *command):
+    def spend(self, name, command):
+        """Runs a command whose output becomes data; what it took of the processor is kept by the name of the data."""
         with open(os.path.join(self.data, name + ".csv"), "w", encoding="utf-8") as f:
-            subprocess.run(self.program(*command), stdout=f, stderr=subprocess.DEVNULL, check=True)
+            run = subprocess.Popen(command, stdout=f, stderr=subprocess.DEVNULL)
+        _, status, used = os.wait4(run.pid, 0)
+        run.returncode = os.waitstatus_to_exitcode(status)
+        self.cpu_s[name] = used.ru_utime + used.ru_stime
+        if run.returncode:
+            raise subprocess.CalledProcessError(run.returncode, command)
+
+    def run(self, name, *command):
+        self.spend(name, self.program(*command))
 
     def count(self, name, function, *command):
-        if not shutil.which("valgrind"):
+        if not shutil.which("valgrind") or (self.size == "quick" and name != COUNTED_IN_QUICK):
             self.run(name, *command)
             self.save(name, [row | {"instructions": ""} for row in self.rows(name)])
             return
@@ -88,13 +112,32 @@ class Report:
             dump = os.path.join(folder, "dump")
             valgrind = ["valgrind", "-q", "--tool=callgrind", f"--toggle-collect={function}",
                         "--dump-before=cost_mark", f"--callgrind-out-file={dump}"]
-            with open(os.path.join(self.data, name + ".csv"), "w", encoding="utf-8") as f:
-                subprocess.run(valgrind + self.program(*command), stdout=f, stderr=subprocess.DEVNULL, check=True)
+            self.spend(name, valgrind + self.program(*command))
             rows = self.rows(name)
             for i, row in enumerate(rows, 1):
                 total = int(re.search(r"^totals: (\d+)", read(f"{dump}.{i}"), re.M)[1])
                 row["instructions"] = f"{total / float(row['bins']):.2f}"
         self.save(name, rows)
+
+    def count_long(self, name, function, *command):
+        """Callgrind takes minutes: with LONG=1 only."""
+        if self.size == "long":
+            self.count(name, function, *command)
+        else:
+            self.save(name, [{"knob": "", "value": "", "section": "", "configuration": "", "instructions": ""}])
+
+    def check_knobs(self, name):
+        """Every row of a knob says what it ran, and no two rows of one ran the same."""
+        rows = self.rows(name)
+        if not rows or "knob" not in rows[0]:
+            return
+        if "configuration" not in rows[0]:
+            sys.exit(f"report.py: {name}: rows of knobs do not say which configuration they ran")
+        values = {}
+        for row in rows:
+            key = row["knob"], row["configuration"]
+            if values.setdefault(key, row["value"]) != row["value"]:
+                sys.exit(f"report.py: {name}: {key[0]} = {values[key]} and = {row['value']} ran the same: {key[1]}")
 
     def run_peer(self, name, *_):
         if os.path.exists(self.program("bench_octomap_peer")[0]):
@@ -102,19 +145,20 @@ class Report:
 
     def measure(self, texts):
         """Runs every program that the texts name; what measures time comes last, with nothing beside it."""
-        steps = [m for text in texts for m in re.findall(r"^@(run|count|peer|time) (.*)$", text, re.M)]
+        steps = [m for text in texts for m in re.findall(r"^@(run|count|count_long|peer|time) (.*)$", text, re.M)]
         steps.sort(key=lambda step: (LONGEST + (step[1].split()[0],)).index(step[1].split()[0]))
-        does = {"run": self.run, "count": self.count, "peer": self.run_peer, "time": self.run}
+        does = {"run": self.run, "count": self.count, "count_long": self.count_long, "peer": self.run_peer, "time": self.run}
         done = 0
         for alone in (False, True):
             with concurrent.futures.ThreadPoolExecutor(1 if alone else len(os.sched_getaffinity(0))) as pool:
-                jobs = {pool.submit(timed, does[kind], words.split()): words.split()[0] for kind, words in steps
+                jobs = {pool.submit(does[kind], *words.split()): words.split()[0] for kind, words in steps
                         if (kind == "time") == alone}
                 try:
                     for job in concurrent.futures.as_completed(jobs):
                         done += 1
-                        took = job.result()
-                        self.progress(done, len(steps), f"{jobs[job]}, {took:.0f} s")
+                        job.result()
+                        self.check_knobs(jobs[job])
+                        self.progress(done, len(steps), f"{jobs[job]}, {self.cpu_s.get(jobs[job], 0):.1f} s of CPU")
                 finally:
                     pool.shutdown(cancel_futures=True)
 
@@ -148,16 +192,11 @@ class Report:
         for key, rows in seeds.items():
             place = sum(p["knob"] == key[0] for p in points)
             point = {"knob": key[0], "value": key[1], "place": place, "default": rows[0]["default"],
+                     "configuration": rows[0]["configuration"],
                      "cost": counts[key] or costs[key]["ns_per_bin"], "instructions": counts[key]}
             point |= {k: costs[key][k] for k in ("ns_per_bin", "ns_low", "ns_high")}
             for m in measures + shown:
-                values = [float(row[m]) for row in rows]
-                of_seeds = max(values) if m in dangerous else statistics.median(values)
-                point |= {m: f"{of_seeds:.6g}", m + "_low": min(values), m + "_high": max(values)}
-                if m in dangerous:
-                    point[m + "_seeds"] = f"{sum(v > 0 for v in values)} of {len(values)}"
-                    if len(values) < 8 and self.size != "quick":
-                        sys.exit(f"report.py: {errors}: {m} is dangerous, and {len(values)} seeds are too few")
+                point |= self.over_seeds(errors, m, [float(row[m]) for row in rows], m in dangerous)
             points.append(point)
         useful = [p for p in points if all(float(p[m]) <= limit for m, limit in limits.items())]
         for p in points:
@@ -167,6 +206,54 @@ class Report:
         for m in measures:
             tell(points, m)
         self.save(name, points)
+        return ""
+
+    def over_seeds(self, name, measure, values, dangerous):
+        """A measure's columns: of what is dangerous the worst and in how many seeds it is not 0, of the rest the median."""
+        of_seeds = max(values) if dangerous else statistics.median(values)
+        columns = {measure: f"{of_seeds:.6g}", measure + "_low": min(values), measure + "_high": max(values)}
+        if dangerous:
+            columns[measure + "_seeds"] = f"{sum(v > 0 for v in values)} of {len(values)}"
+            if len(values) < 8 and self.size != "quick":
+                sys.exit(f"report.py: {name}: {measure} is dangerous, and {len(values)} seeds are too few")
+        return columns
+
+    def seeds(self, name, data, *measures):
+        of = {}
+        for row in self.rows(data):
+            of.setdefault((row["knob"], row["value"]), []).append(row)
+        summary = []
+        for rows in of.values():
+            alike = {k: v for k, v in rows[0].items() if all(row[k] == v for row in rows) and k not in ("scene", "seed")}
+            for m in measures:
+                alike |= self.over_seeds(data, m.rstrip("!"), [float(row[m.rstrip("!")]) for row in rows], m.endswith("!"))
+            summary.append(alike)
+        columns = list(dict.fromkeys(k for row in summary for k in row))
+        self.save(name, [{k: row.get(k, "") for k in columns} for row in summary])
+        return ""
+
+    def sweep(self, name, errors, counts):
+        """A row for each setting of the sweep: the worst seed, how many, and the rate over all with its interval."""
+        instructions = {(r["knob"], r["value"], r["section"]): r["instructions"] for r in self.rows(counts)}
+        of = {}
+        for row in self.rows(errors):
+            of.setdefault((row["knob"], row["value"], row["section"]), []).append(row)
+        table = []
+        for key, rows in of.items():
+            own, *besides = rows[0]["configuration"].split("; ")
+            seeds = {c: [100 * float(r[c]) for r in rows] for c in rows[0] if c.endswith("_share")}
+            low, high = interval(sum(int(r["past"]) for r in rows), sum(int(r["in_way"]) for r in rows))
+            rate = sum(int(r["past"]) for r in rows) / sum(int(r["in_way"]) for r in rows)
+            table.append({"key": own.split(" = ")[0], "value": key[1], "default": rows[0]["default"], "with": "; ".join(besides),
+                          "configuration": rows[0]["configuration"], "past": f"{max(seeds['past_share']):.3g}",
+                          "past_seeds": f"{sum(v > 0 for v in seeds['past_share'])} of {len(rows)}",
+                          "past_rate": f"{100 * rate:.2g} ({100 * low:.2g} to {100 * high:.2g})",
+                          "too_fast": f"{max(seeds['too_fast_share']):.3g}",
+                          **{c: f"{statistics.median(seeds[c + '_share']):.3g}" for c in ("false_block", "unknown", "unsaid", "map_said")},
+                          "map_false": f"{max(seeds['map_false_share']):.3g}",
+                          "cost": f"{statistics.median(float(r['us_per_ping']) for r in rows):.3g}",
+                          "instructions": instructions.get(key, "")})
+        self.save(name, table)
         return ""
 
     def judge(self, name):
@@ -205,6 +292,32 @@ class Report:
         print(f"{name}: {text}", flush=True)
         return text + "\n\n" + markdown_table(header, rows)
 
+    # ---- conclusions ----
+
+    def broke(self, what):
+        """A conclusion that does not hold; with few repetitions many do not."""
+        if self.size != "quick":
+            self.broken.append(what)
+            print(f"does not hold: {what}", flush=True)
+
+    def claim(self, *words):
+        expression, _, text = " ".join(words).partition(" :: ")
+        text = self.claims.filled(text)
+        if self.claims.holds(expression):
+            return text
+        self.broke(f"{text} ({expression})")
+        return f"**Does not hold in this run:** {text}"
+
+    def say(self, *words):
+        return self.claims.filled(" ".join(words))
+
+    def stated(self, path, *words):
+        text = self.claims.filled(" ".join(words).removeprefix(":: "))
+        if " ".join(text.split()) not in " ".join(read(os.path.join(HERE, "..", path)).split()):
+            self.broke(f"{path} does not state: {text}")
+            return f"- **{path} states something else than:** {text}"
+        return f"- {path}: {text}"
+
     # ---- text ----
 
     def plot(self, script):
@@ -236,6 +349,22 @@ class Report:
         self.save(name, [a | b for a, b in zip(self.rows(left), self.rows(right), strict=True)])
         return ""
 
+    def stock(self, name):
+        """What is said below the table, from the table: the report ends where an answer was false."""
+        rows = self.rows(name)
+        wrong = sum(int(row["false"]) for row in rows)
+        if wrong:
+            sys.exit(f"report.py: {name}: {wrong} answers were false")
+        slow = sorted(rows, key=lambda row: float(row["bound_mps"]))
+        ordered = all(float(a["said"]) >= float(b["said"])
+                      for place in {row["place"] for row in rows}
+                      for a, b in itertools.pairwise([row for row in slow if row["place"] == place]))
+        text = "No answer was false. " + (
+            "The more is allowed for, the less is said, at each place." if ordered else
+            "**Finding: more is said in a place although more is allowed for.**")
+        print(f"{name}: {text}", flush=True)
+        return text
+
     def explain(self, scene):
         conf = os.path.join(HERE, "..", "config", "scenes", scene + ".conf")
         plan = json.loads(subprocess.run([os.path.join(self.build, "sonard"), "-c", conf, "--explain=json"],
@@ -266,19 +395,17 @@ class Report:
     def make(self):
         index = read(os.path.join(HERE, "index.md"))
         self.measure([read(os.path.join(HERE, name + ".md")) for name in re.findall(r"^@chapter (\w+)", index, re.M)])
+        self.save("spent", [{"data": name, "cpu_s": f"{cpu_s:.2f}"} for name, cpu_s in sorted(self.cpu_s.items(), key=lambda s: -s[1])])
         text = re.sub(r"\n{3,}", "\n\n", self.expand(index))
         page.make(self.out, text)
-        print(f"report: {self.out}/index.html, {self.figures} figures, {time.monotonic() - self.begin:.0f} s")
+        print(f"report: {self.out}/index.html, {self.figures} figures, {time.monotonic() - self.begin:.0f} s, "
+              f"{sum(self.cpu_s.values()):.0f} s of CPU")
+        if self.broken:
+            sys.exit("report.py: conclusions that do not hold over the data:\n" + "\n".join(self.broken))
 
 
-MEASURED = ("run", "count", "time")
-DIRECTIVES = ("chapter", "peer", "if_peer", "points", "judge", "plot", "figure", "table", "pivot", "beside", "explain", "machine")
-
-
-def timed(do, words):
-    begin = time.monotonic()
-    do(*words)
-    return time.monotonic() - begin
+MEASURED = ("run", "count", "count_long", "time")
+DIRECTIVES = ("chapter", "peer", "if_peer", "points", "seeds", "sweep", "claim", "say", "stated", "judge", "plot", "figure", "table", "pivot", "beside", "stock", "explain", "machine")
 
 
 def better(q, p, keys):

@@ -3,9 +3,9 @@
  * report_chain - the whole chain, from a ping to the answer about a direction, in a made-up sea whose truth is known:
  * scans of a Ping360 through the daemon's own pipeline, for settings turned one by one from the shipped configuration.
  *
- *   report_chain errors [quick]   CSV: knob, value, default, scene, seed, errors; scene "all" pools
- *   report_chain cost [quick]     CSV: knob, value, nanoseconds per ping from the first to the last, all threads done
- *   report_chain count [quick]    CSV: knob, value, pings, for callgrind to count the instructions of pipeline_submit
+ *   report_chain errors [quick]   CSV: KNOB_COLUMNS, scene, seed, errors; scene "all" pools
+ *   report_chain cost [quick]     CSV: KNOB_COLUMNS, nanoseconds per ping from the first to the last, all threads done
+ *   report_chain count [quick]    CSV: KNOB_COLUMNS, pings, for callgrind to count instructions of pipeline_submit
  */
 #include <math.h>
 #include <stdio.h>
@@ -16,6 +16,7 @@
 #include "tests/sim/lib/scene.h"
 #include "report/lib/cost.h"
 #include "report/lib/dice.h"
+#include "report/lib/knob.h"
 #include "report/lib/scans.h"
 
 #define SEEDS       8
@@ -30,49 +31,51 @@
 #define REPETITIONS 9
 #define PING_NS     UINT64_C(50000000)
 
-static const struct setting {
-    const char *knob, *label;
-    bool shipped;
-    const char *sections;
-} settings[] = {
-    {"threads", "0", true, ""},
-    {"threads", "1", false, "[pipeline]\nthreads = 1\n"},
-    {"threads", "2", false, "[pipeline]\nthreads = 2\n"},
-    {"detector", "soca", true, ""},
-    {"detector", "ca", false, "[extract]\ndetector = ca\n"},
-    {"detector", "goca", false, "[extract]\ndetector = goca\n"},
-    {"detector", "os", false, "[extract]\ndetector = os\n"},
-    {"no_echo", "minimum", true, ""},
-    {"no_echo", "heard", false, "[extract]\nno_echo = heard\n"},
-    {"no_echo", "range", false, "[extract]\nno_echo = range\n"},
-    {"target", "0", false, "[extract]\nbottom = off\n"},
-    {"target", "6", false, "[extract]\nbottom = off\ntarget = 6 dB\n"},
-    {"target", "12", false, "[extract]\nbottom = off\ntarget = 12 dB\n"},
-    {"target", "15", false, "[extract]\nbottom = off\ntarget = 15 dB\n"},
-    {"target", "20", false, "[extract]\nbottom = off\ntarget = 20 dB\n"},
-    {"target", "25", false, "[extract]\nbottom = off\ntarget = 25 dB\n"},
-    {"target", "30", false, "[extract]\nbottom = off\ntarget = 30 dB\n"},
-    {"bottom", "12", false, "[extract]\nbottom = 12 dB\n"},
-    {"bottom", "15", true, ""},
-    {"bottom", "20", false, "[extract]\nbottom = 20 dB\n"},
-    {"bottom", "25", false, "[extract]\nbottom = 25 dB\n"},
-    {"bottom", "30", false, "[extract]\nbottom = 30 dB\n"},
-    {"marks", "on", true, ""},
-    {"marks", "off", false, "[extract]\nmarks = off\n"},
-    {"cleanup", "none", true, ""},
-    {"cleanup", "all", false, "[extract]\nmedian = 3\notsu = on\nclahe = on\nclasses = on\n"},
-    {"angular_step", "0.5", false, "[grid]\nangular_step = 0.5 deg\n"},
-    {"angular_step", "1", false, "[grid]\nangular_step = 1 deg\n"},
-    {"angular_step", "2", true, ""},
-    {"angular_step", "4", false, "[grid]\nangular_step = 4 deg\n"},
-    {"layer", "0.01", false, "[grid]\nlayer = 0.01 m\n"},
-    {"layer", "0.05", true, ""},
-    {"layer", "0.2", false, "[grid]\nlayer = 0.2 m\n"},
-    {"sensor_model", "opening", true, ""},
-    {"sensor_model", "gauss", false, "[grid]\nsensor_model = gauss\n"},
-    {"sensor_model", "midpoint", false, "[grid]\nsensor_model = midpoint\n"},
-    {"elevation", "full", true, ""},
-    {"elevation", "level", false, "[grid]\nelevation = level\n"},
+/* Without the rule for bottoms, which would hide what `target` does. */
+#define TARGET(db)                                                                                                \
+    {                                                                                                             \
+        .name = "target", .section = "extract", .value = (db), .more = "[extract]\nbottom = off\n"                \
+    }
+
+static const struct knob settings[] = {
+    KNOB_KEY("pipeline", "threads", NULL),
+    KNOB_KEY("pipeline", "threads", "1"),
+    KNOB_KEY("pipeline", "threads", "2"),
+    KNOB_KEY("extract", "detector", NULL),
+    KNOB_KEY("extract", "detector", "ca"),
+    KNOB_KEY("extract", "detector", "goca"),
+    KNOB_KEY("extract", "detector", "os"),
+    KNOB_KEY("extract", "no_echo", NULL),
+    KNOB_KEY("extract", "no_echo", "minimum"),
+    KNOB_KEY("extract", "no_echo", "range"),
+    TARGET("0 dB"),
+    TARGET("6 dB"),
+    TARGET("12 dB"),
+    TARGET("15 dB"),
+    TARGET("20 dB"),
+    TARGET("25 dB"),
+    TARGET("30 dB"),
+    KNOB_KEY("extract", "bottom", "12 dB"),
+    KNOB_KEY("extract", "bottom", NULL),
+    KNOB_KEY("extract", "bottom", "20 dB"),
+    KNOB_KEY("extract", "bottom", "25 dB"),
+    KNOB_KEY("extract", "bottom", "30 dB"),
+    KNOB_KEY("extract", "marks", NULL),
+    KNOB_KEY("extract", "marks", "off"),
+    {.name = "cleanup", .label = "none"},
+    {.name = "cleanup", .label = "all", .more = "[extract]\nmedian = 3\notsu = on\nclahe = on\nclasses = on\n"},
+    KNOB_KEY("grid", "angular_step", "0.5 deg"),
+    KNOB_KEY("grid", "angular_step", "1 deg"),
+    KNOB_KEY("grid", "angular_step", NULL),
+    KNOB_KEY("grid", "angular_step", "4 deg"),
+    KNOB_KEY("grid", "layer", "0.01 m"),
+    KNOB_KEY("grid", "layer", NULL),
+    KNOB_KEY("grid", "layer", "0.2 m"),
+    KNOB_KEY("grid", "sensor_model", NULL),
+    KNOB_KEY("grid", "sensor_model", "gauss"),
+    KNOB_KEY("grid", "sensor_model", "midpoint"),
+    KNOB_KEY("grid", "elevation", NULL),
+    KNOB_KEY("grid", "elevation", "level"),
 };
 #define SETTINGS (sizeof settings / sizeof settings[0])
 
@@ -135,12 +138,12 @@ static void ask(struct pipeline *pipeline, const struct conf *conf, const struct
     }
 }
 
-static void play(const struct setting *s, const struct scene *scene, unsigned seed, struct tally *t)
+static void play(const struct knob *s, const struct scene *scene, unsigned seed, struct tally *t)
 {
     struct dice dice = dice_of(seed, 3);
     struct conf conf;
 
-    scans_configure(s->sections, &conf);
+    knob_conf(s, &conf);
     struct pipeline *pipeline = scans_start(&conf, 1);
     for (unsigned n = 0; n < PINGS; n++)
         scans_submit(pipeline, &pings[n]);
@@ -149,10 +152,11 @@ static void play(const struct setting *s, const struct scene *scene, unsigned se
     pipeline_free(pipeline);
 }
 
-static void print_tally(const struct setting *s, const char *scene, unsigned seed, struct tally *t)
+static void print_tally(const struct knob *s, const char *scene, unsigned seed, struct tally *t)
 {
     cost_sort(t->range_m, t->n);
-    printf("%s,%s,%d,%s,%u,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g\n", s->knob, s->label, s->shipped, scene, seed,
+    knob_print(s);
+    printf(",%s,%u,%u,%u,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g\n", scene, seed, t->in_way, t->false_clear,
            t->false_clear / fmax(t->in_way, 1), t->behind / fmax(t->surfaces, 1),
            t->false_block / fmax(t->open, 1), t->unknown / fmax(t->open, 1), cost_quantile(t->range_m, t->n, 0.5),
            cost_quantile(t->range_m, t->n, 0.95), cost_quantile(t->range_m, t->n, 1));
@@ -183,9 +187,8 @@ static void errors(unsigned seeds, unsigned scenes)
     static struct scene shapes;
     struct fault fault;
 
-    printf("knob,value,default,scene,seed,false_clear_share,behind_share,false_block_share,unknown_share,range_"
-           "median_m,range_p95_m,"
-           "range_max_m\n");
+    printf(KNOB_COLUMNS ",scene,seed,in_way,false_clear,false_clear_share,behind_share,false_block_share,"
+                        "unknown_share,range_median_m,range_p95_m,range_max_m\n");
     for (unsigned seed = 1; seed <= seeds; seed++) {
         memset(all, 0, sizeof all);
         for (unsigned k = 0; k < scenes; k++) {
@@ -234,12 +237,12 @@ static void run_scenes(struct pipeline *pipeline, unsigned scenes, uint64_t *t_n
 static void cost(unsigned repetitions)
 {
     listen_scenes(COST_SCENES);
-    printf("knob,value,ns_per_bin,ns_low,ns_high\n");
+    printf(KNOB_COLUMNS ",ns_per_bin,ns_low,ns_high\n");
     for (size_t i = 0; i < SETTINGS; i++) {
         double ns[REPETITIONS];
         uint64_t t_ns = 0;
         struct conf conf;
-        scans_configure(settings[i].sections, &conf);
+        knob_conf(&settings[i], &conf);
         struct pipeline *pipeline = scans_start(&conf, 1);
         run_scenes(pipeline, COST_SCENES, &t_ns); /* to warm up */
         for (unsigned r = 0; r < repetitions; r++) {
@@ -249,23 +252,28 @@ static void cost(unsigned repetitions)
         }
         pipeline_free(pipeline);
         const struct cost_spread spread = cost_spread_of(ns, repetitions);
-        printf("%s,%s,%.4g,%.4g,%.4g\n", settings[i].knob, settings[i].label, spread.median, spread.low,
-               spread.high);
+        knob_print(&settings[i]);
+        printf(",%.4g,%.4g,%.4g\n", spread.median, spread.low, spread.high);
     }
 }
 
-/* Threads do the same work elsewhere, where callgrind does not follow: they have the count of threads = 0. */
+/* Threads do the same work elsewhere, where callgrind does not follow: they have the count of none. */
 static void count(unsigned scenes)
 {
     listen_scenes(scenes);
-    printf("knob,value,bins\n");
+    printf(KNOB_COLUMNS ",bins\n");
     for (size_t i = 0; i < SETTINGS; i++) {
+        struct knob knob = settings[i];
         uint64_t t_ns = 0;
         struct conf conf;
-        scans_configure(strcmp(settings[i].knob, "threads") == 0 ? "" : settings[i].sections, &conf);
+        knob_conf(&knob, &conf);
+        if (conf.pipeline.threads > 0)
+            knob.beside = "counted without threads";
+        conf.pipeline.threads = 0;
         struct pipeline *pipeline = scans_start(&conf, 1);
         run_scenes(pipeline, scenes, &t_ns);
-        printf("%s,%s,%u\n", settings[i].knob, settings[i].label, scenes * SEA_BEAMS);
+        knob_print(&knob);
+        printf(",%u\n", scenes * SEA_BEAMS);
         cost_mark();
         pipeline_free(pipeline);
     }
@@ -276,6 +284,7 @@ int main(int argc, char **argv)
     const char *what = argc > 1 ? argv[1] : "";
     const bool quick = argc > 2 && strcmp(argv[2], "quick") == 0;
 
+    knob_check(settings, SETTINGS);
     if (strcmp(what, "errors") == 0)
         errors(quick ? 1 : SEEDS, quick ? 3 : sea_scenes_n);
     else if (strcmp(what, "cost") == 0)

@@ -18,7 +18,9 @@
 
 #include "lib/contest.h"
 #include "lib/cost.h"
+#include "lib/knob.h"
 #include "lib/oracle.h"
+#include "lib/shipped.h"
 #include "lib/verdict.h"
 
 #define WORLDS    36 /* of a seed */
@@ -234,9 +236,22 @@ static void print_reach(unsigned seeds)
         }
 }
 
+/* What the row ran, as knob.h has it of the shipped detector. */
+static void print_configuration(unsigned m, unsigned k)
+{
+    char text[KNOB_TEXT_MAX];
+
+    if (m == CONTEST_SONARD)
+        shipped_configuration(contest_knob(CONTEST_SONARD, k), text);
+    else
+        snprintf(text, sizeof text, "%s of %g", name_of(m),
+                 m == ORACLE ? oracle_factor[k] : contest_knob((enum contestant)m, k));
+    printf(",\"%s\"", text);
+}
+
 static void print_roc(unsigned seeds)
 {
-    printf("method,knob,value,standard");
+    printf("method,knob,value,standard,configuration");
     for (unsigned r = 0; r < verdict_measures_n; r++)
         printf(",%s", verdict_measures[r].key);
     printf("\n");
@@ -245,6 +260,7 @@ static void print_roc(unsigned seeds)
             const struct verdict v = pooled(c, k, seeds);
             printf("%s,%s,%g,%d", name_of(c), c == ORACLE ? "factor" : contest_knob_name((enum contestant)c),
                    c == ORACLE ? oracle_factor[k] : contest_knob((enum contestant)c, k), k == standard_of(c));
+            print_configuration(c, k);
             for (unsigned r = 0; r < verdict_measures_n; r++)
                 print_field(verdict_measures[r].scale * verdict_measures[r].of(&v, verdict_measures[r].what));
             printf("\n");

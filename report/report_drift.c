@@ -20,25 +20,33 @@
 
 #include "core/fault.h"
 #include "grid/voxel/merge.h"
+#include "report/lib/chart.h"
 #include "report/lib/cost.h"
 #include "report/lib/dice.h"
 #include "report/lib/dive.h"
+#include "report/lib/knob.h"
 #include "report/lib/surface.h"
 
-#define SEEDS       5
+#define SEEDS       8
 #define TURNS       107 /* 0.3 m a turn */
 #define QUICK_TURNS 6
 #define VOXEL_M     0.2
+#define MAP_BASE    "[map]\nvoxel = 0.2 m\nbody = 0.5 m\n"
 #define DRIFT_M     0.5  /* standard deviation north and east at the end of the way */
 #define ERROR_M     0.05 /* of ranges */
-#define BODY_M      0.5
-#define TILES_BYTES 1e8 /* every map touches all of its memory */
+#define TILES_BYTES 1e8  /* every map touches all of its memory */
 
-static const struct setting {
-    double submap_m; /* INFINITY: one for all the way */
-    bool shipped, corrected;
-} settings[] = {{2, false, true},  {5, false, true},        {10, true, true},
-                {20, false, true}, {INFINITY, false, true}, {10, false, false}};
+#define NOT_CORRECTED "base poses not corrected"
+#define WHOLE_M       "1000 m" /* one for all the way */
+
+static const struct knob settings[] = {
+    KNOB_KEY("map", "submap_distance", "2 m"),
+    KNOB_KEY("map", "submap_distance", "5 m"),
+    KNOB_KEY("map", "submap_distance", NULL),
+    KNOB_KEY("map", "submap_distance", "20 m"),
+    KNOB_KEY("map", "submap_distance", WHOLE_M),
+    {.name = "uncorrected", .label = "as shipped", .beside = NOT_CORRECTED},
+};
 #define SETTINGS (sizeof settings / sizeof settings[0])
 
 struct outcome {
@@ -65,21 +73,24 @@ static void *room(size_t n)
     return p;
 }
 
-static struct voxmap *make(double submap_m, double way_m)
+static struct voxmap *make(const struct knob *knob, double way_m)
 {
     struct voxmap *m = room(sizeof *m);
-    const double path_m = fmin(submap_m, way_m);
+    struct conf conf;
+    knob_conf(knob, &conf);
+    const struct chart_setting shipped = chart_setting_of(&conf);
+    const double path_m = fmin(conf.map.submap_distance_m, way_m);
     const uint32_t levels = (uint32_t)ceil(2 * (path_m + DIVE_RANGE_M / 2) / VOXEL_M);
     struct voxmap_setting set = {.voxel_m = VOXEL_M,
                                  .side = voxmap_side(DIVE_RANGE_M, 2, VOXEL_M),
                                  .height = (levels + 63) / 64 * 64,
                                  .max_submaps = 64,
-                                 .keep_echoes = true,
-                                 .rule = {.threshold = 1, .echo_weight = 2},
-                                 .opening = 0.5,
-                                 .weight_levels = 1,
-                                 .body_radius_m = BODY_M,
-                                 .submap_path_m = submap_m,
+                                 .keep_echoes = shipped.echoes,
+                                 .rule = shipped.rule,
+                                 .opening = shipped.opening,
+                                 .weight_levels = (uint8_t)conf.map.weight_levels,
+                                 .body_radius_m = shipped.body_m,
+                                 .submap_path_m = conf.map.submap_distance_m,
                                  .submap_ns = VOXMAP_NEVER,
                                  .half_life_ns = VOXMAP_NEVER};
     struct fault fault;
@@ -283,12 +294,12 @@ static void keep_reference(const struct world *world)
     }
 }
 
-static void run(const struct dive *dive, unsigned seed, const struct setting *s, bool drifts, struct outcome *out)
+static void run(const struct dive *dive, unsigned seed, const struct knob *s, bool drifts, struct outcome *out)
 {
-    struct voxmap *m = make(s->submap_m, dive->world->to[2] - dive->world->from[2]);
+    struct voxmap *m = make(s, dive->world->to[2] - dive->world->from[2]);
 
     *out = (struct outcome){0};
-    out->ns_enter = dive_through(m, dive, seed, drifts, drifts && s->corrected);
+    out->ns_enter = dive_through(m, dive, seed, drifts, drifts && !s->beside);
     if (m->stats.lost > 0 || m->stats.starved > 0) {
         fprintf(stderr, "report_drift: too little memory for the map\n");
         exit(1);
@@ -318,48 +329,37 @@ static void frame_world(const struct world *world)
     apart_m = room(cells_n() * sizeof *apart_m);
 }
 
-/* Sorts one measure of all seeds' outcomes; which: its place in the struct. */
-static struct cost_spread spread(const struct outcome *out, unsigned seeds, size_t which)
+static void print_outcome(const struct knob *knob, unsigned seed, const struct outcome *o)
 {
-    double value[SEEDS];
+    struct conf conf;
 
-    for (unsigned s = 0; s < seeds; s++)
-        memcpy(&value[s], (const char *)&out[s] + which, sizeof value[s]);
-    cost_sort(value, seeds);
-    return (struct cost_spread){cost_quantile(value, seeds, 0.5), value[0], value[seeds - 1]};
+    knob_conf(knob, &conf);
+    knob_print(knob);
+    printf(",all,%u,%g,%s,%u,%.4g,%.3g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g\n", seed,
+           conf.map.submap_distance_m, knob->beside ? "no" : "yes", o->submaps, o->false_m3, o->behind_m,
+           o->to_truth.mean_m, o->to_truth.p95_m, o->to_truth.max_m, o->to_map.mean_m, o->to_map.p95_m,
+           o->to_map.max_m, o->not_common, o->mbytes, o->ns_enter, o->ns_merge);
 }
-#define SPREAD(measure) spread(out[s], seeds, offsetof(struct outcome, measure))
 
 int main(int argc, char **argv)
 {
-    static struct outcome out[SETTINGS][SEEDS];
     const bool quick = argc > 1 && strcmp(argv[1], "quick") == 0;
-    const unsigned seeds = quick ? 1 : SEEDS;
-    const struct setting whole = {INFINITY, false, false};
-    struct dive *dive = dive_make(world_named("shaft"), quick ? QUICK_TURNS : TURNS, false, 0, DIVE_TRUTH);
-    struct outcome reference;
+    const struct knob whole = KNOB_KEY("map", "submap_distance", WHOLE_M);
 
+    knob_base(MAP_BASE);
+    knob_check(settings, SETTINGS);
+    struct dive *dive = dive_make(world_named("shaft"), quick ? QUICK_TURNS : TURNS, false, 0, DIVE_TRUTH);
     frame_world(dive->world);
-    for (unsigned seed = 0; seed < seeds; seed++) {
-        run(dive, seed + 1, &whole, false, &reference);
-        for (size_t s = 0; s < SETTINGS; s++)
-            run(dive, seed + 1, &settings[s], true, &out[s][seed]);
-    }
-    printf("submap_m,default,corrected,submaps,false_free_m3,false_free_low,false_free_high,behind_max_m,"
-           "to_truth_mean_m,to_truth_p95_m,to_truth_max_m,to_map_mean_m,to_map_p95_m,to_map_max_m,"
-           "not_common_share,not_common_low,not_common_high,mbytes,ns_enter,ns_merge\n");
-    for (size_t s = 0; s < SETTINGS; s++) {
-        const struct cost_spread wrong = SPREAD(false_m3), behind = SPREAD(behind_m), other = SPREAD(not_common);
-        if (isinf(settings[s].submap_m))
-            printf("never");
-        else
-            printf("%g", settings[s].submap_m);
-        printf(",%d,%s,%u,%.4g,%.4g,%.4g,%.3g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g\n",
-               settings[s].shipped, settings[s].corrected ? "yes" : "no", out[s][0].submaps, wrong.median,
-               wrong.low, wrong.high, behind.high, SPREAD(to_truth.mean_m).median, SPREAD(to_truth.p95_m).median,
-               SPREAD(to_truth.max_m).high, SPREAD(to_map.mean_m).median, SPREAD(to_map.p95_m).median,
-               SPREAD(to_map.max_m).high, other.median, other.low, other.high, SPREAD(mbytes).median,
-               SPREAD(ns_enter).median, SPREAD(ns_merge).median);
+    printf(KNOB_COLUMNS ",scene,seed,submap_m,corrected,submaps,false_free_m3,behind_max_m,to_truth_mean_m,"
+                        "to_truth_p95_m,to_truth_max_m,to_map_mean_m,to_map_p95_m,to_map_max_m,not_common_share,"
+                        "mbytes,ns_enter,ns_merge\n");
+    for (unsigned seed = 1; seed <= (quick ? 1 : SEEDS); seed++) {
+        struct outcome out;
+        run(dive, seed, &whole, false, &out);
+        for (size_t s = 0; s < SETTINGS; s++) {
+            run(dive, seed, &settings[s], true, &out);
+            print_outcome(&settings[s], seed, &out);
+        }
     }
     dive_free(dive);
     return 0;

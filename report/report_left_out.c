@@ -13,6 +13,7 @@
 
 #include "report/lib/chain.h"
 #include "report/lib/cost.h"
+#include "report/lib/knob.h"
 
 #define SEEDS        3
 #define QUICK_SCENES 2
@@ -84,8 +85,10 @@ static const struct variant {
 static struct chain *chain_of(const struct variant *v)
 {
     struct chain_conf conf;
+    struct conf shipped;
 
-    chain_defaults(&conf);
+    knob_conf(NULL, &shipped);
+    chain_configure(&shipped, &conf);
     v->set(&conf);
     return chain_make(&conf);
 }

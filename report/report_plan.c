@@ -2,7 +2,7 @@
 /*
  * report_plan - the stages of the plan (sonard --explain), each against being left out: the same scans of the made-up
  * sea through the daemon's own pipeline with it and without, and the sectors that come of it. The scans are a
- * Ping360's, with the shipped configuration but no_echo = heard, so that there is clear water to lose.
+ * Ping360's, with the shipped configuration but for the stage.
  *
  *   report_plan proof [quick]   CSV: scene, stage, plan, must_be, sectors, changed, falsely_clear, bytes
  *   report_plan cost [quick]    CSV: stage, nanoseconds per bin from a ping's submission until it is in the picture
@@ -17,6 +17,7 @@
 
 #include "daemon/plan_memory.h"
 #include "report/lib/cost.h"
+#include "report/lib/knob.h"
 #include "report/lib/scans.h"
 
 #define SCANS       3
@@ -37,12 +38,12 @@ static const struct stage {
     {"image", PLAN_IMAGE, "", no_socket},
     {"map", PLAN_MAP, "[map]\nvoxel = 0.2 m\nmemory = 32 MiB\n", ""},
     {"threads", PLAN_THREADS, "[pipeline]\nthreads = 2\n", ""},
-    {"marks", PLAN_MARKS, "", "marks = off\n"},
+    {"marks", PLAN_MARKS, "", "[extract]\nmarks = off\n"},
     {"elevation", PLAN_ELEVATION, "", "[grid]\nelevation = level\n"},
     {"relaxation", PLAN_RELAXATION, "[grid]\nrelaxation = 0.5\n", ""},
-    {"cleanup", PLAN_CLEANUP, "median = 3\notsu = on\nclahe = on\nclasses = on\n", ""},
+    {"cleanup", PLAN_CLEANUP, "[extract]\nmedian = 3\notsu = on\nclahe = on\nclasses = on\n", ""},
     {"all that may go", PLAN_IDS, "[map]\nvoxel = 0.2 m\nmemory = 32 MiB\n",
-     "marks = off\n[grid]\nelevation = level\n"},
+     "[extract]\nmarks = off\n[grid]\nelevation = level\n"},
 };
 #define STAGES (sizeof stages / sizeof stages[0])
 
@@ -50,13 +51,9 @@ struct scans {
     struct answer sector[ANSWERS][SECTORS];
 };
 
-/* Silence heard beyond minimum_range is free water here, so that there is some to lose. */
 static void configure(const char *more, struct conf *conf)
 {
-    char text[512];
-
-    snprintf(text, sizeof text, "[extract]\nno_echo = heard\n%s", more == no_socket ? "" : more);
-    scans_configure(text, conf);
+    knob_conf(&(struct knob){.name = "plan", .label = "", .more = more == no_socket ? NULL : more}, conf);
     if (more == no_socket)
         snprintf(conf->server.socket, sizeof conf->server.socket, "none");
 }
@@ -242,7 +239,7 @@ int main(int argc, char **argv)
     else if (strcmp(what, "cost") == 0)
         cost(quick ? 1 : REPETITIONS);
     else if (strcmp(what, "count") == 0)
-        count(scenes);
+        count(quick ? 1 : scenes / 2);
     else if (strcmp(what, "spared") == 0)
         spared(scenes, quick ? 1 : REPETITIONS);
     else {

@@ -35,7 +35,7 @@ static const double mu[] = {0, 0.1, 0.25, 0.5, 1};
 
 static struct sphere *grid_of(double relaxation)
 {
-    struct sphere_conf conf = basin_grid_shipped;
+    struct sphere_conf conf = basin_grid_conf(NULL);
 
     conf.relaxation = relaxation;
     return basin_grid(&conf);
@@ -66,7 +66,8 @@ static bool has_surface(const struct basin *basin, const double place[2], const 
     static double edge[LAYERS_MAX + 1];
     double az_rad, el_rad;
 
-    layers_init(&layers, &basin_grid_shipped.layers, edge);
+    const struct sphere_conf shipped = basin_grid_conf(NULL);
+    layers_init(&layers, &shipped.layers, edge);
     const int32_t layer = layers_index(&layers, range_m);
     if (layer < 0)
         return false;

@@ -16,6 +16,7 @@
 
 #include "lib/contest.h"
 #include "lib/drawn_sound.h"
+#include "lib/knob.h"
 #include "lib/scans.h"
 
 #define WORLDS    36
@@ -224,7 +225,7 @@ static void judge_world(uint64_t seed, unsigned number)
     if (sound.world.beam_step_rad > (double)sound.ping.az_aperture_rad)
         return;
     contest_begin();
-    scans_configure("", &conf);
+    knob_conf(NULL, &conf);
     conf.sonar[0].range_m = fmax(0.75, sound.world.range_m);
     struct pipeline *pipeline = scans_start(&conf, sound.world.beams);
     while (drawn_sound_next(&sound))

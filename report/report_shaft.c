@@ -20,6 +20,7 @@
 #include <string.h>
 
 #include "report/lib/chart.h"
+#include "report/lib/knob.h"
 #include "report/lib/cost.h"
 #include "report/lib/dice.h"
 
@@ -192,19 +193,20 @@ static struct ceiling ceiling_of(const struct chart *c)
 /* dive_ears_make without and with the promise, dive_ears_of_paper. */
 enum ears { SHIPPED, PROMISED, OF_PAPER, EARS };
 
-static const struct named_setting {
-    const char *name;
-    struct chart_setting set;
-    enum ears ears;
-} named[] = {
-    {"fine", {.voxel_m = 0.05, .rule = {.threshold = 1}, .body_m = 0.5}, PROMISED},
-    {"shipped, body 0.5 m",
-     {.voxel_m = 0.2, .rule = {.threshold = 1, .echo_weight = 2}, .opening = 0.5, .echoes = true, .body_m = 0.5},
-     SHIPPED},
-    {"shipped",
-     {.voxel_m = 0.2, .rule = {.threshold = 1, .echo_weight = 2}, .opening = 0.5, .echoes = true},
-     SHIPPED},
-    {"the paper's chain", {.voxel_m = 0.05, .rule = {.threshold = 1}, .body_m = 0.5}, OF_PAPER},
+#define AS_THE_PAPER "a beam's whole opening is free as far as its axis"
+#define FINE         "[map]\nvoxel = 0.05 m\nechoes = off\necho_weight = 0\nbody = 0.5 m\n"
+#define CLEANUP      "[extract]\norder = paper\nmedian = 3\notsu = on\nclahe = on\nclasses = on\n"
+#define PROMISE      "[background]\nopen_water = yes\n"
+
+static const struct knob named[] = {
+    {.name = "setting", .label = "fine", .more = FINE PROMISE, .beside = AS_THE_PAPER, .number = PROMISED},
+    {.name = "setting", .label = "shipped, body 0.5 m", .more = "[map]\nvoxel = 0.2 m\nbody = 0.5 m\n"},
+    {.name = "setting", .label = "shipped", .more = "[map]\nvoxel = 0.2 m\n"},
+    {.name = "setting",
+     .label = "the paper's chain",
+     .more = FINE PROMISE CLEANUP,
+     .beside = AS_THE_PAPER,
+     .number = OF_PAPER},
 };
 #define NAMED (sizeof named / sizeof named[0])
 
@@ -227,8 +229,12 @@ static void measure_settings(const struct dive *dive, struct dive_ears *ears, un
     size_t which[NAMED];
     unsigned n = 0;
     for (size_t k = 0; k < NAMED; k++)
-        if (named[k].ears == kind) {
-            set[n] = named[k].set;
+        if ((unsigned)named[k].number == kind) {
+            struct conf conf;
+            knob_conf(&named[k], &conf);
+            set[n] = chart_setting_of(&conf);
+            if (named[k].beside)
+                set[n].opening = 0;
             which[n++] = k;
         }
     for (unsigned s = 0; s < seeds; s++) {
@@ -244,26 +250,38 @@ static void measure_settings(const struct dive *dive, struct dive_ears *ears, un
     }
 }
 
+static void print_named(const char *part, const struct knob *knob)
+{
+    char text[KNOB_TEXT_MAX];
+
+    knob_configuration(knob, text);
+    printf("%s,\"%s\",\"%s\",", part, knob->label, text);
+}
+
 static void settings(const struct dive *dive, unsigned seeds)
 {
+    knob_check(named, NAMED);
     struct dive_ears *ears[EARS] = {dive_ears_make(false), dive_ears_make(true), dive_ears_of_paper(0)};
     for (unsigned kind = 0; kind < EARS; kind++) {
         measure_settings(dive, ears[kind], kind, seeds);
         dive_ears_free(ears[kind]);
     }
-    printf("part,setting,dimension,true_m,paper_percent,percent,worst_percent,none_share,short_m,beyond_share,"
+    printf("part,setting,configuration,dimension,true_m,paper_percent,percent,worst_percent,none_share,short_m,"
+           "beyond_share,"
            "beyond_max_m\n");
     for (size_t k = 0; k < NAMED; k++)
         for (size_t d = 0; d < DIMENSIONS; d++) {
             cost_sort(percent[k][d], seeds);
-            printf("dimensions,\"%s\",%s,%.2f,%.2f,%.2f,%.2f,,,,\n", named[k].name, dimensions[d].name,
-                   dimensions[d].true_m,
+            print_named("dimensions", &named[k]);
+            printf("%s,%.2f,%.2f,%.2f,%.2f,,,,\n", dimensions[d].name, dimensions[d].true_m,
                    100 * fabs(dimensions[d].paper_m - dimensions[d].true_m) / dimensions[d].true_m,
                    cost_quantile(percent[k][d], seeds, 0.5), percent[k][d][seeds - 1]);
         }
-    for (size_t k = 0; k < NAMED; k++)
-        printf("ceiling,\"%s\",whole ceiling,,,,,%.4f,%.3f,%.4f,%.2f\n", named[k].name, ceiling[k].none,
-               ceiling[k].shortfall_m, ceiling[k].beyond, ceiling[k].beyond_max_m);
+    for (size_t k = 0; k < NAMED; k++) {
+        print_named("ceiling", &named[k]);
+        printf("whole ceiling,,,,,%.4f,%.3f,%.4f,%.2f\n", ceiling[k].none, ceiling[k].shortfall_m,
+               ceiling[k].beyond, ceiling[k].beyond_max_m);
+    }
 }
 
 /* ---- cuts ---- */

@@ -111,7 +111,7 @@ struct rig {
 
 static void start(struct rig *rig)
 {
-    struct sphere_conf conf = basin_grid_shipped;
+    struct sphere_conf conf = basin_grid_conf(NULL);
     struct extract_conf extract;
     struct fault fault = {"no memory"};
     void *memory = malloc(extract_size(SEA_MAX_BINS));

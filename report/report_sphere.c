@@ -3,9 +3,9 @@
  * report_sphere - the spherical grid in made-up basins: how wrong its answers are and what a beam costs, for settings
  * of [grid] turned one by one from the shipped default.
  *
- *   report_sphere errors [quick]   CSV: knob, value, default, scene, seed, errors
- *   report_sphere cost [quick]     CSV: knob, value, nanoseconds per beam
- *   report_sphere count [quick]    CSV: knob, value, beams, for callgrind to count the instructions of sphere_enter
+ *   report_sphere errors [quick]   CSV: KNOB_COLUMNS, scene, seed, errors
+ *   report_sphere cost [quick]     CSV: KNOB_COLUMNS, nanoseconds per beam
+ *   report_sphere count [quick]    CSV: KNOB_COLUMNS, beams, for callgrind to count the instructions of sphere_enter
  */
 #include <math.h>
 #include <stdbool.h>
@@ -18,6 +18,7 @@
 #include "report/lib/basin_grid.h"
 #include "report/lib/cost.h"
 #include "report/lib/dice.h"
+#include "report/lib/scans.h"
 
 #define SEEDS       8
 #define REPETITIONS 11
@@ -27,62 +28,37 @@
 #define COST_TURNS  2
 #define NEAR_POST_M 0.25
 
-enum knob { STEP, LAYER, GROWTH, MODEL, UPDATE };
-static const char *const knob_name[] = {"angular_step", "layer", "growth", "sensor_model", "update"};
-
-static const struct setting {
-    enum knob knob;
-    const char *label;
-    double value;
-    bool shipped;
-} settings[] = {
-    {STEP, "0.5", 0.5, false},
-    {STEP, "1", 1, false},
-    {STEP, "2", 2, true},
-    {STEP, "3", 3, false},
-    {STEP, "5", 5, false},
-    {STEP, "10", 10, false},
-    {LAYER, "0.01", 0.01, false},
-    {LAYER, "0.02", 0.02, false},
-    {LAYER, "0.05", 0.05, true},
-    {LAYER, "0.1", 0.1, false},
-    {LAYER, "0.3", 0.3, false},
-    {GROWTH, "1", 1, false},
-    {GROWTH, "1.01", 1.01, false},
-    {GROWTH, "1.035", 1.035, true},
-    {GROWTH, "1.1", 1.1, false},
-    {GROWTH, "1.3", 1.3, false},
-    {MODEL, "opening", SPHERE_OPENING, true},
-    {MODEL, "gauss", SPHERE_GAUSS, false},
-    {MODEL, "midpoint", SPHERE_MIDPOINT, false},
-    {UPDATE, "bayes", SPHERE_BAYES, true},
-    {UPDATE, "max", SPHERE_MAX, false},
+static const struct knob settings[] = {
+    KNOB_KEY("grid", "angular_step", "0.5 deg"),
+    KNOB_KEY("grid", "angular_step", "1 deg"),
+    KNOB_KEY("grid", "angular_step", NULL),
+    KNOB_KEY("grid", "angular_step", "3 deg"),
+    KNOB_KEY("grid", "angular_step", "5 deg"),
+    KNOB_KEY("grid", "angular_step", "10 deg"),
+    KNOB_KEY("grid", "layer", "0.01 m"),
+    KNOB_KEY("grid", "layer", "0.02 m"),
+    KNOB_KEY("grid", "layer", NULL),
+    KNOB_KEY("grid", "layer", "0.1 m"),
+    KNOB_KEY("grid", "layer", "0.3 m"),
+    KNOB_KEY("grid", "growth", "1"),
+    KNOB_KEY("grid", "growth", "1.01"),
+    KNOB_KEY("grid", "growth", NULL),
+    KNOB_KEY("grid", "growth", "1.1"),
+    KNOB_KEY("grid", "growth", "1.3"),
+    KNOB_KEY("grid", "sensor_model", NULL),
+    KNOB_KEY("grid", "sensor_model", "gauss"),
+    KNOB_KEY("grid", "sensor_model", "midpoint"),
+    KNOB_KEY("grid", "update", NULL),
+    KNOB_KEY("grid", "update", "max"),
 };
 #define SETTINGS (sizeof settings / sizeof settings[0])
 
 /* The one before is gone. */
-static struct sphere *grid_of(const struct setting *setting)
+static struct sphere *grid_of(const struct knob *knob)
 {
     static struct sphere *grid;
-    struct sphere_conf conf = basin_grid_shipped;
+    const struct sphere_conf conf = basin_grid_conf(knob);
 
-    switch (setting->knob) {
-    case STEP:
-        conf.angular_step_rad = geo_rad(setting->value);
-        break;
-    case LAYER:
-        conf.layers.dr_m = setting->value;
-        break;
-    case GROWTH:
-        conf.layers.growth = setting->value;
-        break;
-    case MODEL:
-        conf.model = (enum sphere_model)setting->value;
-        break;
-    case UPDATE:
-        conf.update = (enum sphere_update)setting->value;
-        break;
-    }
     free(grid);
     return grid = basin_grid(&conf);
 }
@@ -174,11 +150,13 @@ static void drive(struct sphere *grid, const struct basin *basin, unsigned turn,
     asking->now = (struct answer_now){.now_ns = e.t_ns, .pose_fresh = true, .pose = e.pose};
 }
 
-static void errors_of(const struct setting *setting, unsigned seed)
+static void errors_of(const struct knob *setting, unsigned seed, unsigned turns)
 {
     static struct tally t;
+    struct conf conf;
+    knob_conf(setting, &conf);
     struct sphere *grid = grid_of(setting);
-    struct asking asking = {.picture = sphere_picture(grid), .conf = {.clear_for_s = 30, .move_limit_m = 0.5}};
+    struct asking asking = {.picture = sphere_picture(grid), .conf = scans_limits(&conf)};
     struct dice dice = dice_of(seed, 2);
     struct sphere_stats stats;
     struct basin basin;
@@ -186,7 +164,7 @@ static void errors_of(const struct setting *setting, unsigned seed)
 
     memset(&t, 0, sizeof t);
     basin_make(&basin, seed);
-    for (unsigned turn = 0; turn < BASIN_TURNS; turn++) {
+    for (unsigned turn = 0; turn < turns; turn++) {
         drive(grid, &basin, turn, &asking);
         basin_place(&basin, turn, place);
         ask_around(&asking, &basin, place, &dice, &t);
@@ -194,20 +172,20 @@ static void errors_of(const struct setting *setting, unsigned seed)
     }
     sphere_stats(grid, &stats);
     cost_sort(t.range_m, t.n_ranges);
-    printf("%s,%s,%d,all,%u,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%u\n", knob_name[setting->knob], setting->label,
-           setting->shipped, seed, (double)t.false_clear / t.in_way, (double)t.false_block / t.open,
-           (double)t.unknown / t.open, cost_quantile(t.range_m, t.n_ranges, 0.5),
+    knob_print(setting);
+    printf(",all,%u,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%u\n", seed, (double)t.false_clear / t.in_way,
+           (double)t.false_block / t.open, (double)t.unknown / t.open, cost_quantile(t.range_m, t.n_ranges, 0.5),
            cost_quantile(t.range_m, t.n_ranges, 0.95), cost_quantile(t.range_m, t.n_ranges, 1),
            geo_deg(t.beyond_rad / fmax(t.edges, 1)), stats.cells);
 }
 
-static void errors(unsigned seeds)
+static void errors(unsigned seeds, unsigned turns)
 {
-    printf("knob,value,default,scene,seed,false_clear_share,false_block_share,unknown_share,range_median_m,"
-           "range_p95_m,range_max_m,direction_deg,cells\n");
+    printf(KNOB_COLUMNS ",scene,seed,false_clear_share,false_block_share,unknown_share,range_median_m,"
+                        "range_p95_m,range_max_m,direction_deg,cells\n");
     for (unsigned seed = 1; seed <= seeds; seed++)
         for (size_t i = 0; i < SETTINGS; i++)
-            errors_of(&settings[i], seed);
+            errors_of(&settings[i], seed, turns);
 }
 
 /* ---- cost ---- */
@@ -223,7 +201,7 @@ static void cost(unsigned repetitions)
         ping[i].beam = &heard[i];
         basin_listen(&basin, i / BASIN_BEAMS, i % BASIN_BEAMS, false, &ping[i]);
     }
-    printf("knob,value,ns_per_bin,ns_low,ns_high\n");
+    printf(KNOB_COLUMNS ",ns_per_bin,ns_low,ns_high\n");
     for (size_t k = 0; k < SETTINGS; k++) {
         double ns[REPETITIONS];
         for (unsigned r = 0; r < repetitions; r++) {
@@ -234,23 +212,28 @@ static void cost(unsigned repetitions)
             ns[r] = (cost_now_ns() - begin_ns) / (COST_TURNS * BASIN_BEAMS);
         }
         const struct cost_spread spread = cost_spread_of(ns, repetitions);
-        printf("%s,%s,%.4g,%.4g,%.4g\n", knob_name[settings[k].knob], settings[k].label, spread.median, spread.low,
-               spread.high);
+        knob_print(&settings[k]);
+        printf(",%.4g,%.4g,%.4g\n", spread.median, spread.low, spread.high);
     }
 }
 
-static void count(unsigned turns)
+/* The first beams of a turn. */
+static void count(unsigned beams)
 {
-    struct asking asking;
+    struct beam_echoes heard;
+    struct echoes e = {.beam = &heard};
     struct basin basin;
 
     basin_make(&basin, 1);
-    printf("knob,value,bins\n");
+    printf(KNOB_COLUMNS ",bins\n");
     for (size_t k = 0; k < SETTINGS; k++) {
         struct sphere *grid = grid_of(&settings[k]);
-        for (unsigned turn = 0; turn < turns; turn++)
-            drive(grid, &basin, turn, &asking);
-        printf("%s,%s,%u\n", knob_name[settings[k].knob], settings[k].label, turns * BASIN_BEAMS);
+        for (unsigned beam = 0; beam < beams; beam++) {
+            basin_listen(&basin, 0, beam, false, &e);
+            sphere_enter(grid, &e, &mount_identity);
+        }
+        knob_print(&settings[k]);
+        printf(",%u\n", beams);
         cost_mark();
     }
 }
@@ -260,12 +243,13 @@ int main(int argc, char **argv)
     const char *what = argc > 1 ? argv[1] : "";
     const bool quick = argc > 2 && strcmp(argv[2], "quick") == 0;
 
+    knob_check(settings, SETTINGS);
     if (strcmp(what, "errors") == 0)
-        errors(quick ? 1 : SEEDS);
+        errors(quick ? 1 : SEEDS, quick ? 2 : BASIN_TURNS);
     else if (strcmp(what, "cost") == 0)
         cost(quick ? 3 : REPETITIONS);
     else if (strcmp(what, "count") == 0)
-        count(quick ? 1 : COST_TURNS);
+        count(quick ? BASIN_BEAMS / 4 : BASIN_BEAMS);
     else {
         fprintf(stderr, "usage: report_sphere errors|cost|count [quick]\n");
         return 2;

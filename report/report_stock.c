@@ -24,6 +24,7 @@
 #include "client/mavlink/speed_bound.h"
 #include "daemon/methods/query_context.h"
 #include "daemon/pipeline/active_sensing.h"
+#include "drivers/devices/ping360.h"
 #include "drivers/devices/ping360_scan.h"
 #include "tests/lib/daemon_rig.h"
 #include "tests/lib/rov.h"
@@ -168,8 +169,9 @@ static void steer(struct dive *v)
         ping360_scan_steer(&v->scan, look.from_rad, look.to_rad, look.only);
 }
 
-#define MOTOR_S 0.006 /* a gradian; and ... */
-#define HEAD_S  0.018 /* ... from the last sample to the first byte (docs/devices/ping360.md) */
+#define MOTOR_S     0.006 /* a gradian; and ... */
+#define HEAD_S      0.018 /* ... from the last sample to the first byte (docs/devices/ping360.md) */
+#define REPLY_BYTES 24    /* beside the samples */
 
 static void hear(struct dive *v)
 {
@@ -285,7 +287,9 @@ static bool begin(struct dive *v, enum manoeuvre what, enum pilot_place place, u
     read_conf(manoeuvres[what].current_mps);
     if (!rig_start(conf_text))
         return false;
-    *v = (struct dive){.what = what, .seed = seed, .line_s = 12200.0 / (line ? atof(line) : 921600)};
+    *v = (struct dive){.what = what,
+                       .seed = seed,
+                       .line_s = 10.0 * (PING360_SAMPLES_FEW + REPLY_BYTES) / (line ? atof(line) : 921600)};
     pilot_world_draw(&v->world, place, seed, &pilot_hull, 1);
     rov_start(&v->rov, seed, false, manoeuvres[what].current_mps);
     v->rov.place_m[2] = v->sticks.depth_m = 10;

@@ -2,9 +2,11 @@
 /*
  * report_target - what free water is free of: the keys `target` and `bottom` over the strengths that they may have,
  * each by itself. Free water that is said against free water that is false: behind bottoms and walls of a made-up sea,
- * in drawn waters, and on recordings, where only what is said is known.
+ * in drawn waters, and on recordings, where only what is said is known. And what the rules for silence claim behind
+ * walls and mud as faint as may be, beside a fixed threshold.
  *
  *   report_target seas [quick]           CSV by beam: both heads, eight seeds
+ *   report_target classes [quick]        CSV by method, kind of target, how faint it is, and seed: eight seeds
  *   report_target waters [FIRST [LAST]]  CSV by beam: of seeds FIRST to LAST (1 to 8; quick: 1)
  *   report_target recordings             CSV: metres per ping
  */
@@ -13,8 +15,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "daemon/wiring.h"
 #include "lib/drawn_sound.h"
+#include "lib/knob.h"
 #include "lib/recordings.h"
+#include "lib/rivals.h"
 #include "lib/sea.h"
 #include "lib/shipped.h"
 #include "lib/verdict.h"
@@ -22,38 +27,30 @@
 #define SEEDS   8
 #define WORLDS  36
 #define PAST_M  0.25 /* free water so far behind a surface would be driven into */
-#define OFF     (-1.0)
 #define PING_NS UINT64_C(50000000)
 #define DATA    "../shared/data/"
 
-/* In decibels below a wall. */
-static const struct setting {
-    const char *knob;
-    double target_db, bottom_db;
-} settings[] = {
-    {"target", 0, OFF},  {"target", 6, OFF},  {"target", 12, OFF}, {"target", 15, OFF},
-    {"target", 20, OFF}, {"target", 25, OFF}, {"target", 30, OFF}, {"bottom", 0, 12},
-    {"bottom", 0, 15},   {"bottom", 0, 20},   {"bottom", 0, 25},   {"bottom", 0, 30},
+/* `target` without the rule for bottoms, which would hide what it does. */
+#define TARGET(db)                                                                                                \
+    {                                                                                                             \
+        .name = "target", .section = "extract", .value = #db " dB", .more = "[extract]\nbottom = off\n",          \
+        .number = (db)                                                                                            \
+    }
+#define BOTTOM(db)                                                                                                \
+    {                                                                                                             \
+        .name = "bottom", .section = "extract", .value = #db " dB", .number = (db)                                \
+    }
+
+static const struct knob settings[] = {
+    TARGET(0),  TARGET(6),  TARGET(12), TARGET(15), TARGET(20), TARGET(25),
+    TARGET(30), BOTTOM(12), BOTTOM(15), BOTTOM(20), BOTTOM(25), BOTTOM(30),
 };
 #define SETTINGS (sizeof settings / sizeof settings[0])
 
-static struct extract_conf conf_of(const struct setting *s)
+static void print_setting(const struct knob *s)
 {
-    struct extract_conf conf;
-
-    extract_defaults(&conf);
-    conf.target_db = s->target_db;
-    conf.bottom_db = s->bottom_db;
-    return conf;
-}
-
-static void print_setting(const struct setting *s)
-{
-    struct extract_conf shipped;
-
-    extract_defaults(&shipped);
-    printf("%s,%g,%d", s->knob, s->bottom_db < 0 ? s->target_db : s->bottom_db,
-           s->target_db == shipped.target_db && s->bottom_db == shipped.bottom_db);
+    knob_print(s);
+    printf(",%g", s->number);
 }
 
 /* ---- the made-up sea ---- */
@@ -69,14 +66,19 @@ static const struct {
 };
 #define VARIANTS (sizeof variants / sizeof variants[0])
 
-static struct sea_scene scene_of(size_t v)
+static struct sea_scene scene_like(const char *name)
 {
     const struct sea_scene *as = sea_scenes;
-    struct sea_scene scene;
 
-    while (strcmp(as->name, variants[v].as) != 0)
+    while (strcmp(as->name, name) != 0)
         as++;
-    scene = *as;
+    return *as;
+}
+
+static struct sea_scene scene_of(size_t v)
+{
+    struct sea_scene scene = scene_like(variants[v].as);
+
     scene.name = variants[v].name;
     scene.shapes = variants[v].shapes ? variants[v].shapes : scene.shapes;
     scene.surface_db -= variants[v].fainter_db;
@@ -127,13 +129,22 @@ static void listen_to(const struct sea_scene *scene, struct shipped **shipped, u
     }
 }
 
+static struct shipped *shipped_of(const struct knob *knob, uint32_t max_bins)
+{
+    struct extract_conf extract;
+    struct conf conf;
+
+    knob_conf(knob, &conf);
+    wiring_extract(&conf, 0, &extract);
+    struct shipped *shipped = shipped_make_as(&extract, max_bins);
+    shipped_begin(shipped);
+    return shipped;
+}
+
 static void make_all(struct shipped **shipped, uint32_t max_bins)
 {
-    for (size_t i = 0; i < SETTINGS; i++) {
-        const struct extract_conf conf = conf_of(&settings[i]);
-        shipped[i] = shipped_make_as(&conf, max_bins);
-        shipped_begin(shipped[i]);
-    }
+    for (size_t i = 0; i < SETTINGS; i++)
+        shipped[i] = shipped_of(&settings[i], max_bins);
 }
 
 static void free_all(struct shipped **shipped)
@@ -160,8 +171,8 @@ static void seas(unsigned seeds)
     for (unsigned k = 0; k < sea_scenes_n; k++)
         listen_to(&sea_scenes[k], shipped, seeds, all);
     free_all(shipped);
-    printf("knob,below_wall_db,shipped,soft_bottom,past_max_m,softer_6db,softer_12db,level_bottom,weak_wall,all,"
-           "said");
+    printf(KNOB_COLUMNS ",below_wall_db,soft_bottom,past_max_m,softer_6db,softer_12db,level_bottom,weak_wall,all,"
+                        "said");
     for (size_t i = 0; i < SETTINGS; i++) {
         printf("\n");
         print_setting(&settings[i]);
@@ -171,6 +182,94 @@ static void seas(unsigned seeds)
         printf(",%.3g,%.3g", past_percent(&all[i]), 100.0 * all[i].said_m / all[i].water_m);
     }
     printf("\n");
+}
+
+/* ---- classes of targets ---- */
+
+#define STEP_DB  3
+#define STEPS    11
+#define COUNTS   60.0 /* of the fixed threshold, and from where it looks: what a user writes in five minutes */
+#define COUNTS_M 0.9
+
+enum method { HEARD, MINIMUM, THRESHOLD_FAR, THRESHOLD_NEAR, METHODS };
+
+static const struct knob methods[METHODS] = {
+    [HEARD] = {.name = "method", .label = "heard, as shipped"},
+    [MINIMUM] = {.name = "method", .label = "minimum", .more = "[extract]\nno_echo = minimum\n"},
+    [THRESHOLD_FAR] = {.name = "method",
+                       .label = "fixed threshold",
+                       .beside = "first sample over 60 counts, else free to the range"},
+    [THRESHOLD_NEAR] = {.name = "method",
+                        .label = "fixed threshold, silence unknown",
+                        .beside = "first sample over 60 counts, else free to minimum_range"},
+};
+
+static const struct {
+    const char *name, *as;
+} classes[] = {{"wall", "wall far"}, {"mud", "soft bottom"}};
+#define CLASSES (sizeof classes / sizeof classes[0])
+
+static void judge_beam(enum method m, struct shipped **shipped, const struct sea_ping *sea, struct tally *t)
+{
+    struct beam_echoes found;
+    struct echoes echoes = {.max_beams = 1, .beam = &found};
+
+    if (m == HEARD || m == MINIMUM) {
+        shipped_run(shipped[m], &sea->ping, &echoes);
+    } else {
+        rivals_threshold(&sea->ping, 0, COUNTS, COUNTS_M, &found);
+        if (m == THRESHOLD_NEAR && found.n == 0)
+            found.free_to_m = (float)COUNTS_M;
+    }
+    if (t)
+        add_beam(t, sea, &found);
+}
+
+/* A scan by each head; another one comes first, so that what is usual is known. */
+static void listen_to_class(const struct sea_scene *scene, struct shipped **shipped, unsigned seed,
+                            struct tally t[METHODS])
+{
+    static struct sea_ping sea;
+
+    for (unsigned n = 0; n < SEA_HEADS * 2 * SEA_BEAMS; n++) {
+        const unsigned beam = n % (2 * SEA_BEAMS), head = n / (2 * SEA_BEAMS);
+        sea_listen(scene, (enum sea_head)head, beam < SEA_BEAMS ? FIRST_SCAN : seed, beam % SEA_BEAMS, &sea);
+        sea.ping.t_ns = beam * PING_NS;
+        for (int m = HEARD; m <= MINIMUM && beam == 0; m++)
+            shipped_begin(shipped[m]);
+        for (int m = 0; m < METHODS; m++)
+            judge_beam((enum method)m, shipped, &sea, beam >= SEA_BEAMS ? &t[m] : NULL);
+    }
+}
+
+static void print_class(enum method m, const char *class, double below_db, unsigned seed, const struct tally *t)
+{
+    knob_print(&methods[m]);
+    printf(",%s,%g,%u,%u,%u,%.6g,%.4g,%.6g\n", class, below_db, seed, t->surfaces, t->past,
+           t->past / fmax(t->surfaces, 1), t->past_max_m, t->said_m / t->water_m);
+}
+
+static void run_classes(unsigned seeds, unsigned steps)
+{
+    struct shipped *shipped[METHODS] = {NULL};
+
+    knob_check(methods, METHODS);
+    for (int m = HEARD; m <= MINIMUM; m++)
+        shipped[m] = shipped_of(&methods[m], SEA_MAX_BINS);
+    printf(KNOB_COLUMNS ",target,below_wall_db,seed,beams,past,past_share,past_max_m,said_share\n");
+    for (size_t c = 0; c < CLASSES; c++)
+        for (unsigned step = 0; step < STEPS; step += STEPS / steps)
+            for (unsigned seed = 1; seed <= seeds; seed++) {
+                const double below_db = step * STEP_DB;
+                struct tally t[METHODS] = {0};
+                struct sea_scene scene = scene_like(classes[c].as);
+                scene.surface_db -= below_db;
+                listen_to_class(&scene, shipped, seed, t);
+                for (int m = 0; m < METHODS; m++)
+                    print_class((enum method)m, classes[c].name, below_db, seed, &t[m]);
+            }
+    for (int m = HEARD; m <= MINIMUM; m++)
+        shipped_free(shipped[m]);
 }
 
 /* ---- drawn waters ---- */
@@ -207,7 +306,7 @@ static void waters(uint64_t first, uint64_t last)
     for (uint64_t seed = first; seed <= last; seed++)
         for (unsigned n = 0; n < WORLDS; n++)
             judge_world(shipped, seed, n, verdict);
-    printf("knob,below_wall_db,shipped");
+    printf(KNOB_COLUMNS ",below_wall_db");
     for (size_t m = 0; m < SHOWN; m++)
         printf(",%s", shown[m]);
     for (size_t i = 0; i < SETTINGS; i++) {
@@ -262,7 +361,7 @@ static void recordings(void)
     static struct heard h[N];
     bool here[N];
 
-    printf("knob,below_wall_db,shipped");
+    printf(KNOB_COLUMNS ",below_wall_db");
     for (size_t k = 0; k < N; k++) {
         make_all(h[k].shipped, RECORDINGS_MAX_BINS);
         here[k] = of[k].head ? recordings_text(of[k].path, of[k].head, hear, &h[k])
@@ -288,14 +387,17 @@ int main(int argc, char **argv)
     const bool quick = argc > 2 && strcmp(argv[2], "quick") == 0, given = argc > 2 && argv[2][0] <= '9';
     const uint64_t first = given ? strtoull(argv[2], NULL, 10) : 1, usual = given ? first : quick ? 1 : SEEDS;
 
+    knob_check(settings, SETTINGS);
     if (strcmp(what, "seas") == 0)
         seas(quick ? 1 : SEEDS);
     else if (strcmp(what, "waters") == 0)
         waters(first, given && argc > 3 ? strtoull(argv[3], NULL, 10) : usual);
+    else if (strcmp(what, "classes") == 0)
+        run_classes(quick ? 1 : SEEDS, quick ? 3 : STEPS);
     else if (strcmp(what, "recordings") == 0)
         recordings();
     else {
-        fprintf(stderr, "usage: report_target seas|waters|recordings [FIRST [LAST] | quick]\n");
+        fprintf(stderr, "usage: report_target seas|classes|waters|recordings [FIRST [LAST] | quick]\n");
         return 2;
     }
     return 0;

@@ -18,6 +18,7 @@
 #include "report/lib/chart.h"
 #include "report/lib/cost.h"
 #include "report/lib/dice.h"
+#include "report/lib/knob.h"
 #include "peer.h"
 
 #define TURNS       8
@@ -28,9 +29,18 @@
 #define COUNT_PINGS 40
 #define BODY_M      0.5
 
-/* As [map] ships it: threshold 1, tolerance 0, echoes weighed 2, half of a beam beside its edge. */
-static const struct chart_setting shipped = {
-    .voxel_m = 0.2, .rule = {.threshold = 1, .echo_weight = 2}, .echoes = true, .opening = 0.5};
+/* The map as shipped once there is one, and the vehicle's body in it. */
+#define MAP_BASE "[map]\nvoxel = 0.2 m\nbody = 0.5 m\n"
+
+/* ... and without the body. */
+static struct chart_setting shipped(void)
+{
+    struct conf conf;
+
+    knob_conf(NULL, &conf);
+    conf.map.body_m = 0;
+    return chart_setting_of(&conf);
+}
 
 /* What is free and lies in a solid, by how much of a beam is entered; the last is `safe`. */
 static const struct {
@@ -104,7 +114,7 @@ static void false_free(bool quick)
         false_truth(dive, 0, 1, RANGE_SD_M, 0, "noisy");
         false_truth(dive, 0, 0, RANGE_SD_M, -3 * RANGE_SD_M, "noisy less 3 sd");
         for (size_t h = 0; h < sizeof heard_as / sizeof heard_as[0]; h++) {
-            struct chart_setting set = shipped;
+            struct chart_setting set = shipped();
             set.opening = heard_as[h].opening;
             set.rule.threshold = heard_as[h].threshold;
             false_heard(dive, ears, &set, heard_as[h].name);
@@ -117,9 +127,6 @@ static void false_free(bool quick)
 /* ---- error against run time ---- */
 
 enum method { SPANS, VOXEL_TEST, RAYS, PEER };
-enum knob { VOXEL, TOLERANCE, THRESHOLD, ECHO_WEIGHT, OPENING, CASTING };
-
-static const char *const knob_name[] = {"voxel", "tolerance", "threshold", "echo_weight", "opening", "casting"};
 
 /* Rays: so many voxels apart where the beam ends; the axis alone. The peer's are one voxel apart, over that share of
  * the beam's height. */
@@ -127,40 +134,27 @@ static const char *const knob_name[] = {"voxel", "tolerance", "threshold", "echo
 #define OF_BEAM   -2.0
 #define OF_HALF   -2.5
 
-static const struct setting {
-    enum knob knob;
-    const char *label;
-    double value;
-} settings[] = {
-    {VOXEL, "0.05 m", 0.05},
-    {VOXEL, "0.1 m", 0.1},
-    {VOXEL, "0.2 m", 0.2},
-    {VOXEL, "0.4 m", 0.4},
-    {TOLERANCE, "0", 0},
-    {TOLERANCE, "0.25 voxels", 0.25},
-    {TOLERANCE, "0.5 voxels", 0.5},
-    {TOLERANCE, "0.866 voxels", 0.866},
-    {THRESHOLD, "0", 0},
-    {THRESHOLD, "1", 1},
-    {THRESHOLD, "2", 2},
-    {THRESHOLD, "4", 4},
-    {THRESHOLD, "8", 8},
-    {ECHO_WEIGHT, "no echoes", -1},
-    {ECHO_WEIGHT, "0", 0},
-    {ECHO_WEIGHT, "1", 1},
-    {ECHO_WEIGHT, "2", 2},
-    {ECHO_WEIGHT, "4", 4},
-    {OPENING, "1", 1},
-    {OPENING, "0.75", 0.75},
-    {OPENING, "0.5", 0.5},
-    {OPENING, "0.25", 0.25},
-    {CASTING, "spans", 0},
-    {CASTING, "voxel by voxel", -1},
-    {CASTING, "rays 1 voxel apart", 1},
-    {CASTING, "rays 2 voxels apart", 2},
-    {CASTING, "one ray", AXIS_ONLY},
-    {CASTING, "OctoMap", OF_BEAM},
-    {CASTING, "OctoMap of half the beam", OF_HALF},
+#define CASTING(how, as)                                                                                          \
+    {                                                                                                             \
+        .name = "casting", .label = (how), .beside = (how), .number = (as)                                        \
+    }
+
+static const struct knob settings[] = {
+    KNOB_KEY("map", "voxel", "0.05 m"),    KNOB_KEY("map", "voxel", "0.1 m"),
+    KNOB_KEY("map", "voxel", NULL),        KNOB_KEY("map", "voxel", "0.4 m"),
+    KNOB_KEY("map", "tolerance", NULL),    KNOB_KEY("map", "tolerance", "5 cm"),
+    KNOB_KEY("map", "tolerance", "10 cm"), KNOB_KEY("map", "tolerance", "17.32 cm"),
+    KNOB_KEY("map", "threshold", "0"),     KNOB_KEY("map", "threshold", NULL),
+    KNOB_KEY("map", "threshold", "2"),     KNOB_KEY("map", "threshold", "4"),
+    KNOB_KEY("map", "threshold", "8"),     KNOB_KEY("map", "echoes", NULL),
+    KNOB_KEY("map", "echoes", "off"),      KNOB_KEY("map", "echo_weight", "0"),
+    KNOB_KEY("map", "echo_weight", "1"),   KNOB_KEY("map", "echo_weight", NULL),
+    KNOB_KEY("map", "echo_weight", "4"),   KNOB_KEY("map", "opening", "1"),
+    KNOB_KEY("map", "opening", "0.75"),    KNOB_KEY("map", "opening", NULL),
+    KNOB_KEY("map", "opening", "0.25"),    {.name = "casting", .label = "spans"},
+    CASTING("voxel by voxel", -1),         CASTING("rays 1 voxel apart", 1),
+    CASTING("rays 2 voxels apart", 2),     CASTING("one ray", AXIS_ONLY),
+    CASTING("OctoMap", OF_BEAM),           CASTING("OctoMap of half the beam", OF_HALF),
 };
 #define SETTINGS (sizeof settings / sizeof settings[0])
 
@@ -174,43 +168,29 @@ struct water {
     uint32_t *raised, ping;       /* [cells of the chart's box] */
 };
 
-static struct chart_setting setting_of(const struct setting *s)
+static bool casts(const struct knob *s)
 {
-    struct chart_setting set = shipped;
-
-    set.body_m = BODY_M;
-    if (s->knob == VOXEL)
-        set.voxel_m = s->value;
-    else if (s->knob == TOLERANCE)
-        set.tolerance_m = s->value * set.voxel_m;
-    else if (s->knob == THRESHOLD)
-        set.rule.threshold = (uint16_t)s->value;
-    else if (s->knob == OPENING)
-        set.opening = s->value;
-    else if (s->knob == ECHO_WEIGHT) {
-        set.echoes = s->value >= 0;
-        set.rule.echo_weight = (uint16_t)fmax(0, s->value);
-    }
-    return set;
+    return strcmp(s->name, "casting") == 0;
 }
 
-static bool is_default(const struct setting *s)
+static struct chart_setting setting_of(const struct knob *s)
 {
-    const double standard[] = {
-        [VOXEL] = 0.2, [TOLERANCE] = 0, [THRESHOLD] = 1, [ECHO_WEIGHT] = 2, [OPENING] = 0.5, [CASTING] = 0};
-    return s->value == standard[s->knob];
+    struct conf conf;
+
+    knob_conf(s, &conf);
+    return chart_setting_of(&conf);
 }
 
-static struct water water_make(const struct world *world, const struct setting *s)
+static struct water water_make(const struct world *world, const struct knob *s)
 {
     const struct chart_setting set = setting_of(s);
     struct water w = {.chart = chart_make(world, &set)};
     const int32_t *size = w.chart->box.size;
 
-    if (s->knob == CASTING && s->value != 0) {
-        w.method = s->value > 0 ? RAYS : s->value > OF_BEAM ? VOXEL_TEST : PEER;
-        w.apart_voxels = w.method == RAYS ? s->value : 1;
-        w.opening = s->value == OF_HALF ? 0.5 : 1;
+    if (casts(s) && s->number != 0) {
+        w.method = s->number > 0 ? RAYS : s->number > OF_BEAM ? VOXEL_TEST : PEER;
+        w.apart_voxels = w.method == RAYS ? s->number : 1;
+        w.opening = s->number == OF_HALF ? 0.5 : 1;
         w.peer = w.method == PEER ? peer_make(set.voxel_m) : NULL;
         w.raised = calloc((size_t)size[0] * (size_t)size[1] * (size_t)size[2], sizeof *w.raised);
         if (!w.raised)
@@ -227,10 +207,10 @@ static void water_free(struct water *w)
 }
 
 /* The peer has no row, which are the last ones, where its library is not installed. */
-static bool is_here(const struct setting *s)
+static bool is_here(const struct knob *s)
 {
-    struct peer *peer = s->knob == CASTING && s->value <= OF_BEAM ? peer_make(1) : NULL;
-    const bool here = s->knob != CASTING || s->value > OF_BEAM || peer;
+    struct peer *peer = casts(s) && s->number <= OF_BEAM ? peer_make(1) : NULL;
+    const bool here = !casts(s) || s->number > OF_BEAM || peer;
 
     peer_free(peer);
     return here;
@@ -378,12 +358,12 @@ static struct beam_echoes *hear_all(const struct dive *dive, struct dive_ears *e
     return heard;
 }
 
-static void print_errors(const struct setting *s, const char *scene, unsigned seed, const struct chart_errors *e)
+static void print_errors(const struct knob *s, const char *scene, unsigned seed, const struct chart_errors *e)
 {
-    printf("%s,%s,%d,%s,%u,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g\n", knob_name[s->knob], s->label,
-           is_default(s), scene, seed, e->false_free_m3, e->behind_max_m, 1 - e->found_share, 1 - e->overlap,
-           e->overlap, e->to_truth.mean_m, e->to_truth.p95_m, e->to_truth.max_m, e->to_map.mean_m, e->to_map.p95_m,
-           e->to_map.max_m);
+    knob_print(s);
+    printf(",%s,%u,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g\n", scene, seed, e->false_free_m3,
+           e->behind_max_m, 1 - e->found_share, 1 - e->overlap, e->overlap, e->to_truth.mean_m, e->to_truth.p95_m,
+           e->to_truth.max_m, e->to_map.mean_m, e->to_map.p95_m, e->to_map.max_m);
 }
 
 static void pool_spread(struct surface_spread *all, const struct surface_spread *one)
@@ -420,10 +400,8 @@ static void errors(unsigned seeds, unsigned turns)
     static struct chart_errors all[SETTINGS][SEEDS];
     struct dive_ears *ears = dive_ears_make(false);
 
-    printf("knob,value,default,scene,seed,false_free_m3,behind_max_m,not_found_share,not_common_share,free_iou,to_"
-           "truth_"
-           "mean_m,"
-           "to_truth_p95_m,to_truth_max_m,to_map_mean_m,to_map_p95_m,to_map_max_m\n");
+    printf(KNOB_COLUMNS ",scene,seed,false_free_m3,behind_max_m,not_found_share,not_common_share,free_iou,"
+                        "to_truth_mean_m,to_truth_p95_m,to_truth_max_m,to_map_mean_m,to_map_p95_m,to_map_max_m\n");
     for (size_t world = 0; world < CLOSED; world++) {
         struct dive *dive = dive_make(world_named(closed[world]), turns, false, 0, DIVE_TRUTH | DIVE_SOUND);
         struct chart *reference = reference_of(dive);
@@ -469,7 +447,7 @@ static const struct map {
 
 static struct chart *our_map(const struct map *map, const struct dive *dive, const struct beam_echoes *heard)
 {
-    struct chart_setting set = shipped;
+    struct chart_setting set = shipped();
     set.body_m = BODY_M;
     set.opening = map->opening;
     set.rule.threshold = map->threshold;
@@ -492,7 +470,7 @@ static void grade_map(const struct map *map, const struct dive *dive, const stru
     struct chart_errors e;
 
     if (map->peer < 0) {
-        struct water w = water_make(dive->world, &(struct setting){CASTING, map->name, map->peer});
+        struct water w = water_make(dive->world, &(struct knob)CASTING(map->name, map->peer));
         water_run(&w, dive, heard, dive->n);
         copy_peer(&w);
         chart_grade(w.chart, reference, 0, &e);
@@ -552,7 +530,7 @@ static void cost(unsigned repetitions)
     struct dive *dive = dive_make(world_named(closed[0]), 2, false, 0, DIVE_SOUND);
     struct beam_echoes *heard = hear_all(dive, ears, 1);
 
-    printf("knob,value,ns_per_bin,ns_low,ns_high,map_bytes\n");
+    printf(KNOB_COLUMNS ",ns_per_bin,ns_low,ns_high,map_bytes\n");
     for (size_t s = 0; s < SETTINGS && is_here(&settings[s]); s++) {
         struct water w = water_make(dive->world, &settings[s]);
         w.chart->set.body_m = 0; /* it costs the same whatever the knobs are */
@@ -564,8 +542,8 @@ static void cost(unsigned repetitions)
             ns[r] = (cost_now_ns() - begin_ns) / (double)dive->n;
         }
         const struct cost_spread spread = cost_spread_of(ns, repetitions);
-        printf("%s,%s,%.4g,%.4g,%.4g,%zu\n", knob_name[settings[s].knob], settings[s].label, spread.median,
-               spread.low, spread.high,
+        knob_print(&settings[s]);
+        printf(",%.4g,%.4g,%.4g,%zu\n", spread.median, spread.low, spread.high,
                w.peer ? peer_bytes(w.peer) : w.chart->map.n_tiles * w.chart->tiles.tile_bytes);
         water_free(&w);
     }
@@ -580,12 +558,13 @@ static void count(void)
     struct dive *dive = dive_make(world_named(closed[0]), 1, false, 0, DIVE_SOUND);
     struct beam_echoes *heard = hear_all(dive, ears, 1);
 
-    printf("knob,value,bins\n");
+    printf(KNOB_COLUMNS ",bins\n");
     for (size_t s = 0; s < SETTINGS && is_here(&settings[s]); s++) {
         struct water w = water_make(dive->world, &settings[s]);
         w.chart->set.body_m = 0; /* it costs the same whatever the knobs are */
         water_run(&w, dive, heard, COUNT_PINGS);
-        printf("%s,%s,%d\n", knob_name[settings[s].knob], settings[s].label, COUNT_PINGS);
+        knob_print(&settings[s]);
+        printf(",%d\n", COUNT_PINGS);
         cost_mark();
         water_free(&w);
     }
@@ -599,6 +578,8 @@ int main(int argc, char **argv)
     const char *what = argc > 1 ? argv[1] : "";
     const bool quick = argc > 2 && strcmp(argv[2], "quick") == 0;
 
+    knob_base(MAP_BASE);
+    knob_check(settings, SETTINGS);
     if (strcmp(what, "false") == 0)
         false_free(quick);
     else if (strcmp(what, "errors") == 0)

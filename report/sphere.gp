@@ -9,7 +9,7 @@ flag(f, c) = column(f) == 1 ? column(c) : NaN
 
 set terminal svg size 1100,860 font 'sans-serif,13' background 'white' noenhanced dynamic rounded
 set output out.'sphere_errors.svg'
-set multiplot layout 2,2 margins 0.08,0.84,0.08,0.97 spacing 0.1,0.11
+set multiplot layout 2,2 margins 0.09,0.84,0.08,0.97 spacing 0.1,0.11
 set logscale xy
 set xlabel 'instructions per beam'
 set xrange [2e4:2.5e6]
@@ -17,8 +17,8 @@ set xtics ('20 k' 2e4, '50 k' 5e4, '100 k' 1e5, '200 k' 2e5, '500 k' 5e5, '1 M' 
 labelled(k) = k eq 'angular_step' || k eq 'sensor_model' || (k eq 'growth' && m == 3)
 measures = "false_block_share unknown_share range_median_m direction_deg"
 array title_of[4] = ['open water called blocked, share', 'open water not known, share', 'range error, median, m', 'a post is blocked beyond its edge, degrees']
-array low[4] = [0.03, 0.001, 0.008, 1]
-array high[4] = [0.3, 1.3, 0.1, 10]
+array low[4] = [0.02, 0.001, 0.005, 1]
+array high[4] = [0.3, 1.3, 0.5, 10]
 do for [m = 1:4] {
     s = word(measures, m)
     least = low[m]

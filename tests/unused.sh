@@ -13,6 +13,9 @@ imagenex_decode_switch the simulators speak the side of the device
 imagenex_encode_reply the simulators speak the side of the device
 surveyor_encode_atof the simulators speak the side of the device
 surveyor_encode_yz the simulators speak the side of the device
+ping1d_encode_reading the simulators speak the side of the device
+ping360_encode_data the simulators speak the side of the device
+mcap_open_memory what tests read has no file
 cast_slack the definition by which tests judge cast_run
 cfar_ln_pfa the definition by which tests judge the factor
 clahe_image the exact filter by which tests judge the causal one

@@ -24,7 +24,7 @@ check() { # name, command...
 command -v valgrind >/dev/null || { echo "skip valgrind: not installed"; exit 0; }
 check replay "$build/sonard" --replay tests/replay/box.mcap --socket none --threads 0 --answers "$tmp/a"
 check replay_threads "$build/sonard" --replay tests/replay/box.mcap --socket none --threads 2 --answers "$tmp/a"
-for t in conf rpc loop pose_log layers ping_frame ping360 record capture_import; do
+for t in conf rpc loop pose_log layers ping_frame ping360 record capture; do
     check "$t" "$build/tests/test_$t"
 done
 

@@ -341,6 +341,20 @@ static void change(struct ask *ask, const json_t *params)
     reloaded(live, &(struct web_answer){.rpc_code = RPC_LIMIT, .message = why ? why : "too much is asked"});
 }
 
+/* On or off. A file is written on the daemon's disk: only with the token. */
+static void record(struct ask *ask, const json_t *params)
+{
+    struct web_link *asks = ask->session->live->asks;
+    const json_t *on = json_object_get(params, "on");
+
+    if (!may_change(ask, json_string_value(json_object_get(params, "token"))))
+        return;
+    if (!json_is_boolean(on))
+        refuse(ask, RPC_INVALID, "on: expected true or false");
+    else if (!web_link_ask(asks, json_is_true(on) ? "record_start" : "record_stop", NULL, answered, ask))
+        refuse(ask, RPC_LIMIT, web_link_state(asks) ? web_link_state(asks) : "too much is asked");
+}
+
 static bool may_call(const struct web_live *live, const char *method)
 {
     return web_query_method(method) || (live->replay && strcmp(method, "replay") == 0);
@@ -361,6 +375,8 @@ static bool question(struct web_live_session *s, const json_t *message)
     *ask = (struct ask){.session = s, .waits = true, .id = json_integer_value(id)};
     if (strcmp(method, "settings") == 0)
         change(ask, params);
+    else if (strcmp(method, "record") == 0)
+        record(ask, params);
     else if (!may_call(s->live, method))
         refuse(ask, RPC_NO_SUCH, "no such method, or one that changes something");
     else if (!web_link_ask(s->live->asks, method, params, answered, ask))

@@ -4,7 +4,6 @@
  */
 #include "capture.h"
 
-#include <ctype.h>
 #include <errno.h>
 #include <getopt.h>
 #include <inttypes.h>
@@ -12,29 +11,22 @@
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "capture_file.h"
 
-#define DEFAULT_SENSOR "sonar"
+#define IMPORTER "sonard-import"
 
 static const char usage_text[] =
-    "usage: sonarctl capture import [--sensor NAME] [--conf FILE] IN OUT.mcap\n"
+    "usage: sonarctl capture import [--sensor NAME] [--conf FILE] [--zone H[:MM]] IN OUT.mcap\n"
     "       sonarctl capture info FILE\n"
     "       sonarctl capture repair IN OUT\n"
     "       sonarctl capture export --csv FILE [OUT]\n"
     "       sonarctl capture add-pose [--offset S] FILE POSES OUT\n"
     "\n"
-    "import  make a capture from a Ping-Viewer sensor log (.bin; .mcap of Ping Viewer 2, with the vehicle's "
-    "attitude), a\n"
-    "        text dump of Ping360 messages, the bytes of a\n"
-    "        SeaNet line (raw, or a relay's log of UDP datagrams), an Imagenex (.852) or a Cerulean file "
-    "(.svlog\n"
-    "        or .svlz); the format is detected from the content, and what gzip has packed is unpacked (64 MiB at\n"
-    "        most, a Cerulean file of any length). The bytes go to the channel\n"
-    "        /NAME/rx (" DEFAULT_SENSOR " without --sensor); --conf attaches a configuration for the replay, in\n"
-    "        place of one for the device found. Times have the dates of the recording where it has some, else\n"
-    "        they count from its start.\n"
-    "        sonard-rosbag(1) makes captures of ROS bags.\n"
+    "import  make a capture from a recording of another program: sonard-import(1). sonard-rosbag(1) makes them "
+    "of\n"
+    "        ROS bags\n"
     "info    channels, counts, times, attachments, damage; the exit status is 1 when there is damage, or when\n"
     "        it is not closed: still being written, or cut off\n"
     "repair  write what is readable of a damaged or cut-off capture as a complete one, and say what is left out\n"
@@ -46,9 +38,9 @@ static const char usage_text[] =
     "        the computer's clock was set during the capture (info shows that), it says whose clock it takes for "
     "theirs\n"
     "\n"
-    "Exit status: 0 done; 1 failed, or written, but import found no ping, or more than half could not be read; 2 "
-    "wrong\n"
-    "usage. Existing files are not overwritten.\n";
+    "Exit status: 0 done; 1 failed, or written, but more than half could not be read; 2 wrong usage. Existing "
+    "files\n"
+    "are not overwritten.\n";
 
 static int wrong_usage(const char *why)
 {
@@ -134,13 +126,15 @@ static int repair(const char *in_path, const char *out_path)
 
 /* ---- command line ---- */
 
-static bool good_sensor_name(const char *name)
+/* sonard-import(1) takes over, with the arguments behind `import`; returns only where it is not there. */
+static int run_import(char **argv)
 {
-    size_t n = strlen(name);
-    for (size_t i = 0; i < n; i++)
-        if (!isalnum((unsigned char)name[i]) && name[i] != '-' && name[i] != '_')
-            return false;
-    return n > 0 && n <= CAPTURE_SENSOR_MAX;
+    argv[0] = (char *)(uintptr_t)IMPORTER;
+    execvp(argv[0], argv);
+    const int why = errno;
+    return capture_failed(IMPORTER "%s: %s",
+                          why == ENOENT ? ", which makes captures of recordings, is not installed" : "",
+                          why == ENOENT ? "install sonard-tools" : strerror(why));
 }
 
 static int add_pose(int n, char **file, const char *offset)
@@ -155,13 +149,8 @@ static int add_pose(int n, char **file, const char *offset)
     return capture_add_pose(file[0], file[1], file[2], offset_s);
 }
 
-static int run_command(const char *command, int n, char **file, const char *sensor, const char *conf, bool csv)
+static int run_command(const char *command, int n, char **file, bool csv)
 {
-    if (strcmp(command, "import") == 0)
-        return n == 2 ? capture_import(file[0], file[1], sensor ? sensor : DEFAULT_SENSOR, conf)
-                      : wrong_usage("import needs two files, IN and OUT");
-    if (sensor || conf)
-        return wrong_usage("--sensor and --conf belong to import");
     if (strcmp(command, "export") == 0) {
         if (!csv)
             return wrong_usage("export needs --csv, the only form there is");
@@ -179,21 +168,17 @@ static int run_command(const char *command, int n, char **file, const char *sens
 
 static int command_line(int argc, char **argv)
 {
-    static const struct option options[] = {
-        {"sensor", required_argument, NULL, 's'}, {"conf", required_argument, NULL, 'c'},
-        {"csv", no_argument, NULL, 'v'},          {"offset", required_argument, NULL, 'o'},
-        {"help", no_argument, NULL, 'h'},         {NULL, 0, NULL, 0}};
-    const char *sensor = NULL, *conf = NULL, *offset = NULL;
+    static const struct option options[] = {{"csv", no_argument, NULL, 'v'},
+                                            {"offset", required_argument, NULL, 'o'},
+                                            {"help", no_argument, NULL, 'h'},
+                                            {NULL, 0, NULL, 0}};
+    const char *offset = NULL;
     bool csv = false;
+    if (argc > 1 && strcmp(argv[1], "import") == 0)
+        return run_import(argv + 1);
     optind = 0; /* the caller may have used getopt */
     for (int c; (c = getopt_long(argc, argv, "h", options, NULL)) != -1;) {
         switch (c) {
-        case 's':
-            sensor = optarg;
-            break;
-        case 'c':
-            conf = optarg;
-            break;
         case 'v':
             csv = true;
             break;
@@ -209,13 +194,13 @@ static int command_line(int argc, char **argv)
     }
     if (optind == argc)
         return wrong_usage("no command");
-    if (sensor && !good_sensor_name(sensor))
-        return wrong_usage("--sensor: expected up to 31 letters, digits, - and _");
-    if (strcmp(argv[optind], "add-pose") == 0 && !sensor && !conf && !csv)
+    if (strcmp(argv[optind], "import") == 0)
+        return wrong_usage("import comes first: its options follow it");
+    if (strcmp(argv[optind], "add-pose") == 0 && !csv)
         return add_pose(argc - optind - 1, argv + optind + 1, offset);
     if (offset)
         return wrong_usage("--offset belongs to add-pose");
-    return run_command(argv[optind], argc - optind - 1, argv + optind + 1, sensor, conf, csv);
+    return run_command(argv[optind], argc - optind - 1, argv + optind + 1, csv);
 }
 
 int capture_main(int argc, char **argv)

@@ -11,12 +11,6 @@
  */
 int capture_main(int argc, char **argv);
 
-#define CAPTURE_SENSOR_MAX 31 /* characters of a sensor's name */
-
-/** capture_import - the command: the bytes of the recording as the channel /SENSOR/rx, with a configuration (NULL: one
- * for the device found). Its exit status, after a sentence. */
-int capture_import(const char *in_path, const char *out_path, const char *sensor, const char *conf_path);
-
 /** capture_info - what is in the capture `path`; 0, or 1 when it is damaged or unreadable. */
 int capture_info(const char *path);
 

@@ -74,6 +74,7 @@ int command_watch(struct context *context);
 int command_stats(struct context *context);
 int command_pose(struct context *context);
 int command_plot(struct context *context);
+int command_record(struct context *context);
 
 /* command_grid_export.c: every cell of the grid that the options name, into a file */
 int command_grid_export(struct context *context, const char *path);

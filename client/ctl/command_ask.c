@@ -54,6 +54,16 @@ int command_blocked(struct context *context)
     return status;
 }
 
+int command_record(struct context *context)
+{
+    const char *word = context->arguments.word[0];
+    const bool start = strcmp(word, "start") == 0;
+
+    if (!start && strcmp(word, "stop") != 0)
+        return command_usage("record", "expected start or stop");
+    return command_call_and_print(context, start ? "record_start" : "record_stop", context->arguments.options);
+}
+
 int command_explain(struct context *context)
 {
     return take_direction(context) ? command_method(context) : EXIT_USAGE;

@@ -15,12 +15,14 @@
 #include "core/fault.h"
 #include "drivers/devices/device.h"
 #include "drivers/ports/port.h"
+#include "find_network.h"
 #include "find_sonar.h"
 
 #define CONF_FILE    "/etc/sonard/sonard.conf"
 #define DROP_IN      CONF_FILE ".d/50-setup.conf"
 #define DEFAULT_NAME "front" /* of the section in the sonard.conf that is installed */
 #define LINE_MAX_    256
+#define NETWORK_MS   800 /* for answers, twice */
 
 /* For the promise that [vehicle] near is: what sonard.conf(5) and docs/devices/ping360.md reckon with. */
 #define PING360_HALF_FAN_DEG 12.5
@@ -121,20 +123,11 @@ static void list_devices(void)
     fputc('\n', stderr);
 }
 
-/* Where options do not say it: listens on the port given, or on every one there is. */
-static void search_ports(struct setup *s)
+/* Listens on one port after the other, until a sonar is found. */
+static bool search_each(struct setup *s, char path[][FIND_SONAR_PATH], size_t n)
 {
-    char path[FIND_SONAR_PORTS][FIND_SONAR_PATH];
-    const char *option = json_string_value(given(s, "port"));
     const bool ask_it = !given(s, "listen");
-    size_t n = 1;
 
-    if (option)
-        snprintf(path[0], sizeof path[0], "%s", option);
-    else
-        n = find_sonar_ports(path);
-    if (n == 0)
-        fprintf(stderr, "no serial adapter found below /dev/serial/by-id, /dev/ttyUSB* and /dev/ttyACM*\n");
     for (size_t i = 0; i < n; i++) {
         struct found_sonar found;
         struct fault fault;
@@ -142,15 +135,43 @@ static void search_ports(struct setup *s)
         fprintf(stderr, "%s: listening%s ...\n", path[i], ask_it ? ", then asking" : "");
         if (!find_sonar_on(path[i], ask_it, &found, &fault)) {
             fprintf(stderr, "  %s\n", fault.text);
-            s->port_error = option ? found.error : 0;
+            s->port_error = given(s, "port") ? found.error : 0;
             continue;
         }
         fprintf(stderr, "  found: %s (%s)\n", found.device, found.how);
         snprintf(s->device, sizeof s->device, "%s", found.device);
         snprintf(s->port, sizeof s->port, "%s", found.port);
         snprintf(s->how, sizeof s->how, "%s", found.how);
+        return true;
+    }
+    return false;
+}
+
+/* Where options do not say it: on the port given, or on every serial line there is, then on the network. */
+static void search_ports(struct setup *s)
+{
+    char path[FIND_SONAR_PORTS][FIND_SONAR_PATH];
+    const char *option = json_string_value(given(s, "port"));
+    struct find_target target[FIND_NETWORK_TARGETS];
+
+    if (option) {
+        snprintf(path[0], sizeof path[0], "%s", option);
+        search_each(s, path, 1);
         return;
     }
+    size_t n = find_sonar_ports(path);
+    if (n == 0)
+        fprintf(stderr, "no serial adapter found below /dev/serial/by-id, /dev/ttyUSB* and /dev/ttyACM*\n");
+    if (search_each(s, path, n) || given(s, "listen"))
+        return;
+    fprintf(stderr, "asking on the network ...\n");
+    n = find_network(target, find_network_targets(target), NETWORK_MS, path);
+    if (n == 0)
+        fprintf(stderr, "  no answer: no Ping360 to a broadcast, no Surveyor and no bridge of BlueOS where they "
+                        "usually are\n");
+    for (size_t i = 0; n > 1 && i < n; i++)
+        fprintf(stderr, "  answered: %s\n", path[i]);
+    search_each(s, path, n);
 }
 
 static bool is_ping360(const struct setup *s)

@@ -101,6 +101,8 @@ const struct command command_table[] = {
     {"map", "status|draw|new|forget|save NAME|load NAME|export NAME", "the voxel map",
      "export:map_export draw:map_slice", "name cells", map_options, 1, 2, command_map, false},
     {"plan", "", NULL, "plan", "", NULL, 0, 0, command_method, false},
+    {"record", "start|stop", "begin or end a recording into the folder of [record]", "start:record_start", "",
+     NULL, 1, 1, command_record, false},
     {"reload", "", NULL, "reload", "", NULL, 0, 0, command_method, false},
     {"replay", "", NULL, "replay", "", NULL, 0, 0, command_method, false},
     {"version", "", "versions of sonarctl and the daemon", "version", "", NULL, 0, 0, command_version, false},

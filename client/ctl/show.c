@@ -371,6 +371,8 @@ static void show_record(const struct page *page, const json_t *record)
     fprintf(page->out, "recording  ");
     if (json_is_true(json_object_get(record, "recording")))
         fprintf(page->out, "to %s", page_text(a, record, "path"));
+    else if (json_is_true(json_object_get(record, "paused")))
+        fprintf(page->out, "waits for sonarctl record start");
     else
         page_word(page, PAGE_RED, 0, "stopped");
     fprintf(page->out, ", %lld message%s, %lld lost\n", messages, page_plural(messages),
@@ -523,6 +525,8 @@ void show_result(FILE *out, const char *method, const json_t *result, bool colou
                  {"time_to_collision", show_collision},
                  {"sensors", show_sensors},
                  {"plan", show_plan},
+                 {"record_start", show_record},
+                 {"record_stop", show_record},
                  {"reload", show_reload},
                  {"explain", show_explain}};
     const struct page page = {.out = out, .colour = colour};

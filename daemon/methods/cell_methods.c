@@ -43,9 +43,10 @@ static bool part_of(json_t *params, struct part *part, struct rpc_error *error)
                           .to_m = params_number(params, "to_m"),
                           .cos_half = cos(geo_rad(params_number(params, "half_angle_deg"))),
                           .locked = params_flag(params, "locked")};
+    char from[PARAMS_NUMBER_SIZE], to[PARAMS_NUMBER_SIZE];
     if (part->from_m > part->to_m)
-        return rpc_refuse(error, RPC_INVALID_PARAMS, "from_m is %g: it must not be beyond to_m, %g", part->from_m,
-                          part->to_m);
+        return rpc_refuse(error, RPC_INVALID_PARAMS, "from_m is %s: it must not be beyond to_m, %s",
+                          params_number_text(part->from_m, from), params_number_text(part->to_m, to));
     geo_direction(geo_rad(params_number(params, "azimuth_deg")), geo_rad(params_number(params, "elevation_deg")),
                   part->axis);
     return true;

@@ -6,7 +6,7 @@
 
 #define POOL_MPS     0.05 /* what `current` and `station_keeping` may be at best: sonard.conf(5) */
 #define TURN_LEAST_S 1.0  /* of a faster turn nobody can tell metres from none */
-#define FIRST_TURN_S 60.0 /* a head that has not turned once by then is none */
+#define FIRST_TURN_S 60.0 /* a head that has not turned once by then stands still */
 
 /* By the words of no_speed_bound: what is wrong, and what to do. */
 static const struct {
@@ -148,7 +148,8 @@ const char *drift_why_not_clear(const struct methods_env *d, const struct pictur
         snprintf(text, QUERY_REASON_SIZE, "no attitude received, so north is unknown");
     else if (frame->ned && !pose_log_fresh(&d->poses, loop_now(d->loop)) && query_pose_missing(d, text)[0])
         return text;
-    else if (frame->turn_s <= 0 && (double)(loop_now(d->loop) - d->start_ns) * 1e-9 < FIRST_TURN_S)
+    else if (frame->looks.first_turns && frame->turn_s <= 0 &&
+             (double)(loop_now(d->loop) - d->start_ns) * 1e-9 < FIRST_TURN_S)
         snprintf(text, QUERY_REASON_SIZE, "nothing is clear yet: the first scan is not over");
     else
         drift_sentence(d, text);

@@ -13,6 +13,7 @@
 #include "query_context.h"
 #include "reference.h"
 #include "daemon/fit.h"
+#include "core/log.h"
 #include "daemon/plan_show.h"
 #include "daemon/replay.h"
 #include "json_units.h"
@@ -306,17 +307,15 @@ static void write_server(struct json_out *out, const struct methods_env *d)
     json_out_close(out, '}');
 }
 
-static void write_record(struct json_out *out, const struct methods_env *d)
+/* The object is left open. */
+static void write_open_record(struct json_out *out, const struct methods_env *d)
 {
-    if (!d->record) {
-        json_member_null(out, "record");
-        return;
-    }
     struct record_status s;
     record_status(d->record, &s);
     const struct segments_status *r = &s.segments;
-    json_member_open(out, "record", '{');
-    json_member_flag(out, "recording", r->recording);
+    const bool paused = record_paused(d->record);
+    json_member_flag(out, "recording", r->recording && !paused);
+    json_member_flag(out, "paused", paused);
     json_member_outside(out, "path", r->path);
     json_member_count(out, "parts", r->segments);
     json_member_count(out, "messages", r->messages);
@@ -325,7 +324,47 @@ static void write_record(struct json_out *out, const struct methods_env *d)
     json_member_count(out, "waiting_bytes", s.waiting_bytes);
     json_member_count(out, "errors", r->errors);
     json_member_text(out, "error", r->error.text);
+}
+
+static void write_record(struct json_out *out, const struct methods_env *d)
+{
+    if (!d->record) {
+        json_member_null(out, "record");
+        return;
+    }
+    json_member_open(out, "record", '{');
+    write_open_record(out, d);
     json_out_close(out, '}');
+}
+
+/* Started or stopped; a second time changes nothing. */
+static bool pause_record(const struct methods_env *d, bool paused, struct json_out *out, struct rpc_error *error)
+{
+    if (!d->record) {
+        rpc_refuse(error, RPC_INVALID_REQUEST, "nothing can be recorded: [record] directory names no folder%s",
+                   d->playing ? ", and a replay records nothing" : "");
+        return false;
+    }
+    if (record_paused(d->record) != paused)
+        log_line(LOG_NOTICE, "record", "recording %s on request", paused ? "ends" : "begins");
+    record_pause(d->record, paused);
+    json_out_open(out, '{');
+    write_open_record(out, d);
+    json_out_close(out, '}');
+    return true;
+}
+
+bool method_record_start(const struct rpc_call *call, json_t *params, struct json_out *out,
+                         struct rpc_error *error)
+{
+    (void)params;
+    return pause_record(call->daemon, false, out, error);
+}
+
+bool method_record_stop(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
+{
+    (void)params;
+    return pause_record(call->daemon, true, out, error);
 }
 
 static void write_replay(struct json_out *out, const struct methods_env *d)

@@ -7,10 +7,11 @@
 #define BAND_DEG 10.0 /* about the horizon, where scanning heads look */
 
 /*
- * Of a pass over the water ahead of a vehicle that drifts only its middle is free: what stood beside it may have come in
- * (grid/sphere/drift.h). So it is wider than what is wanted, by about the drift in a pass at the range that matters.
+ * Of a pass over the water ahead of a vehicle that drifts only its middle is free: what stood beside it may have come
+ * in (grid/sphere/drift.h). So it is wider than what is wanted, by about the drift in a pass at the range that
+ * matters. A wider one takes longer, and what was scanned drifts meanwhile.
  */
-#define DRIFT_HALF_DEG 60.0
+#define DRIFT_HALF_DEG 40.0
 
 static void sector_about(const struct active_sensing_head *head, double body[3], double half_rad,
                          struct active_sensing_look *look)

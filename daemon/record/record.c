@@ -36,6 +36,7 @@ struct record {
     /* the loop's */
     uint32_t filling; /* the block that messages go to, or NO_BLOCK */
     uint64_t messages, overflows, taken_bytes;
+    bool paused;
 
     /* the thread's, once it runs */
     struct segments *segments;
@@ -46,7 +47,7 @@ struct record {
     struct ring idle, ready;
     struct block *block;
     int wake_fd, end_fd;
-    _Atomic bool ending;
+    _Atomic bool ending, pausing;
     _Atomic bool left; /* by record_close, for want of patience, or by the writer: the second of them releases */
     _Atomic uint64_t written_bytes;
     SNAPSHOT_OF(struct segments_status) status;
@@ -83,10 +84,15 @@ static void *writer(void *ctx)
         poll(&wake, 1, TICK_MS);
         (void)!read(rec->wake_fd, &count, sizeof count);
         ending = atomic_load_explicit(&rec->ending, memory_order_acquire);
+        const bool pausing = atomic_load_explicit(&rec->pausing, memory_order_acquire);
+        if (!pausing)
+            segments_pause(rec->segments, false, loop_clock());
         while (ring_take(&rec->ready, &i)) {
             write_block(rec, &rec->block[i]);
             ring_put(&rec->idle, i);
         }
+        if (pausing)
+            segments_pause(rec->segments, true, loop_clock());
         segments_tick(rec->segments, loop_clock());
         publish(rec);
     }
@@ -131,6 +137,8 @@ bool record_message(struct record *rec, int channel, uint64_t t_ns, const void *
 bool record_message_of(struct record *rec, int channel, const struct record_time *then, const void *data, size_t n)
 {
     struct entry e = {.then = *then, .channel = channel, .n = (uint32_t)n};
+    if (rec->paused)
+        return true;
     struct block *block = n <= SEGMENTS_MESSAGE_BYTES ? block_for(rec, sizeof e + n) : NULL;
     rec->messages++;
     if (!block) {
@@ -149,6 +157,21 @@ bool record_message_of(struct record *rec, int channel, const struct record_time
 void record_tick(struct record *rec)
 {
     hand_over(rec);
+}
+
+/* What was taken before is handed over before the writer sees that it is to pause. */
+void record_pause(struct record *rec, bool paused)
+{
+    uint64_t one = 1;
+    hand_over(rec);
+    rec->paused = paused;
+    atomic_store_explicit(&rec->pausing, paused, memory_order_release);
+    (void)!write(rec->wake_fd, &one, sizeof one);
+}
+
+bool record_paused(const struct record *rec)
+{
+    return rec->paused;
 }
 
 void record_status(struct record *rec, struct record_status *out)
@@ -207,6 +230,8 @@ struct record *record_open(const struct segments_conf *conf, uint64_t now_ns, st
         release(rec);
         return NULL;
     }
+    rec->paused = conf->paused;
+    atomic_init(&rec->pausing, conf->paused);
     publish(rec);
     return rec;
 }

@@ -30,7 +30,7 @@ int record_channel(struct record *rec, const char *topic, const char *encoding);
 /** record_start - from here on messages are written. False with a sentence in fault. */
 bool record_start(struct record *rec, struct fault *fault);
 
-/** record_message - keep n bytes that came or went at t_ns (monotonic). False: lost, and counted. */
+/** record_message - keep n bytes that came or went at t_ns (monotonic), unless paused. False: lost, and counted. */
 bool record_message(struct record *rec, int channel, uint64_t t_ns, const void *data, size_t n);
 
 /** record_message_of - the same of bytes of which nobody knows exactly when they came. */
@@ -39,6 +39,13 @@ bool record_message_of(struct record *rec, int channel, const struct record_time
 
 /** record_tick - hand over what still waits for company; call it twice a second. */
 void record_tick(struct record *rec);
+
+/** record_pause - from here on keep nothing, or go on in a new segment; see segments_pause. What came before is still
+ * written. The disk's side follows within a quarter of a second: record_status says when. */
+void record_pause(struct record *rec, bool paused);
+
+/** record_paused - what was asked for last. */
+bool record_paused(const struct record *rec);
 
 void record_status(struct record *rec, struct record_status *out);
 

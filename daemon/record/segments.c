@@ -390,6 +390,8 @@ struct segments *segments_open(const struct segments_conf *conf, uint64_t now_ns
     struct fault why;
     if (begin_part(segments, now_ns, &why)) {
         segments->own_disk = !on_system_disk(segments);
+        if (conf->paused)
+            segments_pause(segments, true, now_ns);
         return segments;
     }
     fault_set(fault, "recording to %s: %s", conf->directory, why.text);
@@ -417,6 +419,8 @@ bool segments_message(struct segments *segments, int channel, const struct recor
                       size_t n)
 {
     struct fault fault;
+    if (segments->status.paused)
+        return true;
     segments->status.messages++;
     if (!segments->file || channel < 0 || channel >= segments->n_topics || n > SEGMENTS_MESSAGE_BYTES) {
         segments->status.lost_messages++;
@@ -446,6 +450,8 @@ bool segments_message(struct segments *segments, int channel, const struct recor
 
 void segments_tick(struct segments *segments, uint64_t now_ns)
 {
+    if (segments->status.paused)
+        return;
     if (!segments->file) {
         if (now_ns >= segments->retry_ns)
             start_part(segments, now_ns);
@@ -453,6 +459,33 @@ void segments_tick(struct segments *segments, uint64_t now_ns)
                now_ns >= segments->chunk_since_ns + SEGMENTS_CHUNK_AGE_NS) {
         flush(segments, now_ns);
     }
+}
+
+/* Of a segment that is open. */
+static void complete_part(struct segments *segments)
+{
+    struct fault fault;
+    const struct mcap_written written = mcap_written(segments->file);
+    if (written.messages + written.waiting == 0) {
+        give_up_part(segments);
+    } else if (!mcap_finish(segments->file, &fault)) {
+        segments->status.lost_messages += written.waiting;
+        note_error(segments, fault.text);
+    }
+    segments->file = NULL;
+}
+
+void segments_pause(struct segments *segments, bool paused, uint64_t now_ns)
+{
+    if (paused == segments->status.paused)
+        return;
+    segments->status.paused = paused;
+    segments->status.recording = false;
+    segments->wait_ns = 0;
+    if (paused && segments->file)
+        complete_part(segments);
+    else if (!paused)
+        start_part(segments, now_ns);
 }
 
 const struct segments_status *segments_status(const struct segments *segments)

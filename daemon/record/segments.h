@@ -26,7 +26,8 @@
 
 /* Counters only grow. */
 struct segments_status {
-    bool recording;         /* false: stopped by an error; a new segment is tried at growing intervals */
+    bool recording; /* false: paused, or stopped by an error; then a new segment is tried at growing intervals */
+    bool paused;    /* on request: what comes is not kept, and not lost */
     uint64_t segments;      /* files started */
     uint64_t messages;      /* handed in */
     uint64_t lost_messages; /* refused, or in a chunk that could not be written */
@@ -55,6 +56,7 @@ struct segments_conf {
     const char *conf_text; /* attached to every segment as sonard.conf; copied */
     size_t conf_size;
     uint64_t unix_offset_ns; /* Unix time minus monotonic time: log times are monotonic times plus this */
+    bool paused;             /* at first, see segments_pause */
 };
 
 /**
@@ -79,6 +81,12 @@ bool segments_message(struct segments *segments, int channel, const struct recor
  * segments_tick - write a chunk older than SEGMENTS_CHUNK_AGE_NS, try again after a failure; call it twice a second.
  */
 void segments_tick(struct segments *segments, uint64_t now_ns);
+
+/**
+ * segments_pause - complete the open segment and keep nothing, or start a new one, at now_ns (monotonic). A segment
+ * into which nothing was written does not stay. While paused, no disk is touched.
+ */
+void segments_pause(struct segments *segments, bool paused, uint64_t now_ns);
 
 const struct segments_status *segments_status(const struct segments *segments);
 

@@ -2,6 +2,7 @@
 #include "params.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 const char *params_kind(const json_t *value)
@@ -86,16 +87,27 @@ static bool refuse_kind(const char *label, const json_t *value, const char *want
 
 /* ---- one value ---- */
 
+const char *params_number_text(double number, char text[PARAMS_NUMBER_SIZE])
+{
+    for (int digits = 6; digits <= 17; digits++) {
+        snprintf(text, PARAMS_NUMBER_SIZE, "%.*g", digits, number);
+        if (strtod(text, NULL) == number)
+            break;
+    }
+    return text;
+}
+
 static bool check_number(const struct protocol_param *row, const char *label, const json_t *value,
                          struct rpc_error *error)
 {
-    char wanted[64];
+    char wanted[64], text[PARAMS_NUMBER_SIZE];
     snprintf(wanted, sizeof wanted, "a number from %g to %g", row->lo, row->hi);
     if (!json_is_number(value))
         return refuse_kind(label, value, wanted, error);
     const double number = json_number_value(value);
     return (number >= row->lo && number <= row->hi) ||
-           rpc_refuse(error, RPC_INVALID_PARAMS, "parameter '%s' is %g, expected %s", label, number, wanted);
+           rpc_refuse(error, RPC_INVALID_PARAMS, "parameter '%s' is %s, expected %s", label,
+                      params_number_text(number, text), wanted);
 }
 
 static bool check_integer(const struct protocol_param *row, const json_t *value, struct rpc_error *error)
@@ -137,8 +149,9 @@ static bool check_band(const struct protocol_param *row, const json_t *value, st
         return false;
     const double lo = json_number_value(json_array_get(value, 0)),
                  hi = json_number_value(json_array_get(value, 1));
-    return lo < hi || rpc_refuse(error, RPC_INVALID_PARAMS, "%s is [%g, %g]: the first must be below the second",
-                                 row->name, lo, hi);
+    char from[PARAMS_NUMBER_SIZE], to[PARAMS_NUMBER_SIZE];
+    return lo < hi || rpc_refuse(error, RPC_INVALID_PARAMS, "%s is [%s, %s]: the first must be below the second",
+                                 row->name, params_number_text(lo, from), params_number_text(hi, to));
 }
 
 static bool check_places(const struct protocol_param *row, const json_t *value, struct rpc_error *error)

@@ -24,6 +24,11 @@ bool params_refuse_other(json_t *object, const char *const *names, struct rpc_er
 /** params_kind - what a value is, as messages say it: "a number". */
 const char *params_kind(const json_t *value);
 
+#define PARAMS_NUMBER_SIZE 32
+
+/** params_number_text - a number for a message: six digits, or as many as tell it from every other. Returns text. */
+const char *params_number_text(double number, char text[PARAMS_NUMBER_SIZE]);
+
 /* Of parameters that were taken: one that is not there is 0, false or NULL. */
 bool params_has(const json_t *params, const char *name);
 double params_number(const json_t *params, const char *name);

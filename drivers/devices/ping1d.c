@@ -136,13 +136,17 @@ void ping1d_fill_ping(struct ping *ping, const struct ping_frame *frame, const s
     double deaf_m = fmax(PING1D_START_MM * 1e-3 * view->scale, PING1D_RINGS_MM * 1e-3 * view->scale + pulse_m);
     double cell_m = scan_m / (r->n_samples > 0 ? r->n_samples : PING1D_SAMPLES);
     double confidence = r->confidence_percent / 100.0;
-    bool heard = r->distance_mm > 0 && r->confidence_percent > 0 && confidence >= view->min_confidence;
+    bool reports = r->distance_mm > 0 && r->confidence_percent > 0;
+    bool heard = reports && confidence >= view->min_confidence;
     uint64_t listening_ns = (uint64_t)(2e9 * end_m / view->sound_speed_mps);
 
     ping->t_ns =
         transmitted_ns(frame->t_first_ns, frame->t_last_ns, ping_frame_bytes(frame), view->baud, listening_ns);
     ping->t_in_ns = frame->t_last_ns;
     ping->kind = PING_RANGES;
+    /* with a profile that says more; without, it may be an obstacle, and what was free behind it may not be */
+    if (reports && !heard && r->n_samples == 0)
+        ping->flags |= PING_UNHEARD;
     ping->sample_bytes = 0;
     ping->n_beams = 1;
     ping->n_bins = 1;

@@ -90,9 +90,10 @@ struct ping1d_view {
 
 /**
  * ping1d_fill_ping - the reading as a ping of one ready range along x of the sensor; no echo when its confidence
- * is below the least. A profile's samples come with it (PING_CHOICE; those that the ping has room for); else one bin
- * without samples spans what was listened to and what these transducers can detect. sd: of a reflector anywhere within
- * the pulse and a profile's bin. Everything but flags, seq, sensor and pose is set.
+ * is below the least, and PING_UNHEARD without a profile. A profile's samples come with it (PING_CHOICE; those that the
+ * ping has room for); else one bin without samples spans what was listened to and what these transducers can detect.
+ * sd: of a reflector anywhere within the pulse and a profile's bin. Everything but the other flags, seq, sensor and
+ * pose is set.
  */
 void ping1d_fill_ping(struct ping *ping, const struct ping_frame *frame, const struct ping1d_reading *r,
                       const struct ping1d_view *view);

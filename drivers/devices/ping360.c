@@ -10,19 +10,20 @@
 #include "drivers/ports/line_time.h"
 #include "ping360_scan.h"
 
-void ping360_set_range(struct ping360_settings *set, double range_m, double sound_speed_mps)
+void ping360_set_range(struct ping360_settings *set, double range_m, double sound_speed_mps, unsigned n_most)
 {
     const double hair = 1e-9; /* 80 ticks are 80, not 80.000..1 and hence 81 */
     double ticks = 2.0 * range_m / (sound_speed_mps * PING360_TICK_S);
-    unsigned n = PING360_SAMPLES_MAX;
+    unsigned n = n_most;
     if (ticks / n + hair < PING360_PERIOD_MIN)
         n = (unsigned)ceil(ticks / PING360_PERIOD_MIN - hair);
     unsigned period = (unsigned)fmax(ceil(ticks / n - hair), PING360_PERIOD_MIN);
 
     set->n_samples = (uint16_t)n;
     set->sample_period = (uint16_t)period;
-    /* A pulse that grows with the range; it comes out some samples long by itself. */
-    set->transmit_us = (uint16_t)fmin(fmax(round(8000.0 * range_m / sound_speed_mps), 5.0), 500.0);
+    /* A pulse that grows with the range; of whole microseconds, and no shorter than 2.5 samples, as its maker has it. */
+    const double least_us = ceil(2.5 * period * PING360_TICK_S * 1e6 - hair);
+    set->transmit_us = (uint16_t)fmin(fmax(round(8000.0 * range_m / sound_speed_mps), fmax(least_us, 5.0)), 500.0);
 }
 
 uint64_t ping360_listening_ns(const struct ping360_settings *set)

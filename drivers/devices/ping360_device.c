@@ -115,7 +115,9 @@ static bool ping360_init(void *state, const struct device_conf *conf, struct fau
     d->set.mode = 1;
     d->set.gain = (uint8_t)(conf->gain < 0 ? 1 : conf->gain);
     d->set.frequency_khz = (uint16_t)lround(frequency_khz);
-    ping360_set_range(&d->set, conf->range_m, conf->sound_speed_mps);
+    /* a head is steered to where its answers count by the second: the line's time is worth more than fine samples */
+    ping360_set_range(&d->set, conf->range_m, conf->sound_speed_mps,
+                      conf->steered ? PING360_SAMPLES_FEW : PING360_SAMPLES_MAX);
     ping360_scan_init(&d->scan, conf->sector_start_rad, conf->sector_end_rad, conf->step_rad);
     d->scan.steer.circle_ns = (uint64_t)(conf->circle_s * 1e9);
     ping360_track_reset(&d->track);

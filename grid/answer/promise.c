@@ -93,8 +93,8 @@ static void spread_shown(struct promise *p, double az_rad, double range_m, doubl
  */
 static const double shown_at_m[] = {100, 6};
 
-/* How long ago the heads last heard at that bearing of theirs which they have left out the longest: one that only sweeps
- * about the vehicle's way has its turns, and looks at nothing else. */
+/* How long ago the heads last heard at that bearing of theirs which they have left out the longest: one that only
+ * sweeps about the vehicle's way has its turns, and looks at nothing else. */
 static double left_out_s(const struct promise *p)
 {
     const struct bearings_looks *looks = &p->frame->looks;

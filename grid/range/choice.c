@@ -210,8 +210,8 @@ void choice_judge(const struct ping *ping, uint16_t b, double range_m, const str
     if (s.heard) {
         const double first_m = edge_m(&p, s.first);
         const double bounce_m = s.another || range_m <= 0.0 ? first_m : fmin(first_m, range_m);
-        if (s.another)
-            enter_first(&p, &s, s.most, out);
+        if (s.another || range_m <= 0.0)
+            enter_first(&p, &s, range_m > 0.0 ? s.most : UINT32_MAX, out);
         if (!choice_may_be_double((float)bounce_m, (float)s.from_m))
             out->to_m = s.another ? first_m - half_m(&p) : first_m;
     } else if (range_m > 0.0) { /* what the profile does show is not withheld */

@@ -31,8 +31,8 @@ struct choice {
      * behind where a ring-down ends at the latest. */
     uint32_t loud_until;
     double from_m, to_m; /* water that the profile shows to be free; from >= to: none */
-    /* The first echo that is as strong, before the chosen one and not before from_m: middle of its loudest bin, and
-     * near edge. echo_m 0: there is none. */
+    /* The first echo that is as strong, before the chosen one or where none was chosen, and not before from_m: middle
+     * of its loudest bin, and near edge. echo_m 0: there is none. */
     double echo_m, echo_near_m;
     bool weaker; /* than the chosen one, by up to half; or the chosen one is not there */
 };

@@ -668,45 +668,62 @@ static void extract_ranges(const struct extract *e, const struct ping *ping, flo
     out->heard_to_m = out->echo[0].range_m;
 }
 
-/* What this profile and the one before it show to be free, before the echoes that are entered: noise looks like an echo
- * now and then, but hardly twice in a row. */
-static void free_by_choice(const struct extract *e, const struct choice *c, struct beam_echoes *out)
+/*
+ * The water before the echoes that are entered. One that the device has not chosen may be noise: what it is worth shows
+ * when the ping before has it in the same place, to a pulse and two bins.
+ */
+static float before_echo_m(const struct extract *e, const struct ping *ping, const struct choice *c, bool chosen,
+                           const struct beam_echoes *out)
 {
-    const float most = out->n > 0 ? out->echo[0].near_m : (float)e->conf.minimum_range_m;
+    const float minimum_m = (float)e->conf.minimum_range_m;
+    const bool again = fabsf((float)c->to_m - e->choice_to_m) <= ping->pulse_m + 2.0f * ping->dr_m;
 
+    if (out->n == 0)
+        return minimum_m;
+    return chosen || again ? out->echo[0].near_m : fminf(out->echo[0].near_m, minimum_m);
+}
+
+/* What this profile and the one before it show to be free, up to most_m: noise looks like an echo now and then, but
+ * hardly twice in a row. */
+static void free_by_choice(const struct extract *e, const struct choice *c, float most_m, struct beam_echoes *out)
+{
     out->blind_m = (float)c->from_m;
     out->hides = c->rings ? BEAM_HIDES_RING : BEAM_HIDES_NOTHING;
-    out->free_to_m = fminf(fminf((float)c->to_m, e->choice_to_m), most);
+    out->free_to_m = fminf(fminf((float)c->to_m, e->choice_to_m), most_m);
     if (out->free_to_m > out->blind_m) {
         out->heard_from_m = out->blind_m;
         out->heard_to_m = out->free_to_m;
     }
 }
 
-/* The device has picked a range in a profile. An echo that it reports is kept, whatever the profile shows. */
+/* The device has picked a range in a profile. An echo that it reports is kept, whatever the profile shows. One that it
+ * has not chosen weighs nothing: it does not block, but what was free behind it is so no more. */
 static void extract_choice(const struct extract *e, const struct ping *ping, uint16_t b, struct of_ping *of_ping,
                            struct beam_echoes *out)
 {
     const struct ping_beam *beam = &ping->beam[b];
+    const bool chosen = is_range(beam->range_m);
     struct choice_ring ring = {.promised_m = e->conf.ring_down_m};
     struct choice c;
 
-    if (!is_range(beam->range_m) && beam->range_m != 0.0f)
+    if (!chosen && beam->range_m != 0.0f)
         return;
     ring.learnt = usual_get(&e->now->choice_ring, &ring.usual);
     choice_judge(ping, b, (double)beam->range_m, &ring, &c);
     of_ping->choice_to_m = fminf((float)c.to_m, of_ping->choice_to_m);
     of_ping->choice_ring = c.loud_until < of_ping->choice_ring ? c.loud_until : of_ping->choice_ring;
-    out->state = is_range(beam->range_m) ? BEAM_ECHO : BEAM_SILENT;
     if (c.echo_m > 0.0) {
-        out->echo[out->n] = echo_at((float)c.echo_m, (float)c.echo_near_m, beam);
-        out->echo[out->n++].flags = c.weaker ? ECHO_FAINT : 0;
+        struct echo *echo = &out->echo[out->n++];
+        *echo = echo_at((float)c.echo_m, (float)c.echo_near_m, beam);
+        echo->flags = c.weaker ? ECHO_FAINT : 0;
+        echo->confidence = chosen ? echo->confidence : 0.0f;
     }
-    if (is_range(beam->range_m)) {
+    if (chosen) {
         const bool begins_before = c.echo_m <= 0.0 && c.to_m > 0.0;
         out->echo[out->n++] = echo_at(beam->range_m, begins_before ? (float)c.to_m : INFINITY, beam);
     }
-    free_by_choice(e, &c, out);
+    out->state = out->n > 0 ? BEAM_ECHO : BEAM_SILENT;
+    free_by_choice(e, &c, before_echo_m(e, ping, &c, chosen, out), out);
 }
 
 /* ---- one ping ---- */

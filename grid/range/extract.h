@@ -119,8 +119,9 @@ struct extract *extract_init(void *mem, const struct extract_conf *conf, uint32_
  * blind range frees nothing.
  *
  * Pings with a choice: likewise, but the water is free only as far as the profile shows it (choice.h), and the profile
- * of the ping before showed it, too: the first ping frees nothing. An earlier
- * echo that is as strong as the chosen one is an echo, too; a weaker one is ECHO_FAINT.
+ * of the ping before showed it, too: the first ping frees nothing. An earlier echo that is as strong as the chosen one
+ * is an echo, too; a weaker one is ECHO_FAINT. So is the profile's own where the device has chosen none: of confidence
+ * 0, and behind conf.minimum_range_m it frees water only where the ping before has it as well.
  * Allocates nothing; O(bins).
  */
 void extract_run(struct extract *extract, const struct ping *ping, const struct extract_aid *aid,

@@ -9,6 +9,13 @@
 
 #define BELIEVED_NS 10000000000u /* a pass of a head is over, and the next one tells */
 
+/* An echo so many times (6 dB) what the weakest wall exceeds in 99 looks of 100 is not missed by a pass of two. */
+#define STRONG      4.0f
+#define PASS_LOOKS  2
+#define SAME_M      0.3f
+#define BACK_PASSES 8
+#define BACK_NS     300000000000u /* of what the head passes no more */
+
 #define SHOWN      2
 #define MOVED_M    0.3
 #define TURNED_RAD (5 * GEO_PI / 180)
@@ -127,13 +134,69 @@ static void take_silence(struct lost_echo *l, struct echoes *e)
     }
 }
 
+/* Of a head that turns: marks do not matter, for looks that missed it speak against what is there again. */
+static const struct echo *strong_echo(const struct beam_echoes *beam)
+{
+    const struct echo *echo = &beam->echo[0];
+
+    return beam->n > 0 && echo->level >= STRONG &&
+                   !(echo->flags & (ECHO_FAINT | ECHO_OTHER | ECHO_OWN | ECHO_GHOST))
+               ? echo
+               : NULL;
+}
+
+static void end_pass(struct lost_echo *l)
+{
+    struct lost_echo_return *r = &l->again[l->pass.part];
+
+    if (l->pass.looks < PASS_LOOKS)
+        return;
+    r->back -= r->back > 0;
+    r->gone |= l->pass.silent == l->pass.looks && r->range_m > 0.0f;
+}
+
+static void pass_on(struct lost_echo *l, const struct echoes *e)
+{
+    const struct beam_echoes *beam = &e->beam[0];
+    const struct echo *echo = strong_echo(beam);
+    const uint32_t part = share_of(e, 0, LOST_ECHO_PARTS, LOST_ECHO_FAN);
+    struct lost_echo_return *r = &l->again[part];
+
+    if (part != l->pass.part) {
+        end_pass(l);
+        l->pass = (struct lost_echo_pass){.part = part};
+    }
+    l->pass.looks++;
+    l->pass.silent += beam->n == 0 && beam->state == BEAM_SILENT && r->range_m > beam->heard_from_m &&
+                      r->range_m < beam->heard_to_m;
+    if (!echo)
+        return;
+    const bool again = r->gone && stands(&r->pose, &e->pose) && fabsf(echo->range_m - r->range_m) <= SAME_M;
+    *r = (struct lost_echo_return){.pose = e->pose,
+                                   .range_m = echo->range_m,
+                                   .back_ns = again ? e->t_ns : r->back_ns,
+                                   .back = again ? BACK_PASSES : r->back};
+}
+
+/* Parts of which the echo came back lately. */
+static uint32_t came_back(const struct lost_echo *l, uint64_t now_ns)
+{
+    uint32_t n = 0;
+
+    for (int k = 0; k < LOST_ECHO_PARTS; k++)
+        n += l->again[k].back > 0 && now_ns <= l->again[k].back_ns + BACK_NS;
+    return n;
+}
+
 bool lost_echo_run(struct lost_echo *l, struct echoes *e)
 {
     if (take_echoes(l, e))
         hear(l, e);
     else
         take_silence(l, e);
-    l->doubt = l->lost >= (e->n_beams > 1 ? FAN_LOST : HEAD_LOST);
+    if (e->turns && e->n_beams == 1)
+        pass_on(l, e);
+    l->doubt = l->lost >= (e->n_beams > 1 ? FAN_LOST : HEAD_LOST) || came_back(l, e->t_ns) >= HEAD_LOST;
     for (uint32_t i = 0; i < e->n_beams && l->doubt; i++)
         beam_frees_nothing(&e->beam[i]);
     return l->doubt;

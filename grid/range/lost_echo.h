@@ -32,12 +32,28 @@ struct lost_echo_row {
     float range_m;
 };
 
+/* What the last strong echo in a part of a head's turn was, and whether it has come back. */
+struct lost_echo_return {
+    struct pose pose;
+    float range_m;    /* 0: there was none */
+    bool gone;        /* a whole pass showed nothing since */
+    uint64_t back_ns; /* when it last was there again after that ... */
+    uint32_t back;    /* ... which counts for so many passes more */
+};
+
+/* Of a head, through the part that it is in. */
+struct lost_echo_pass {
+    uint32_t part, looks, silent; /* looks without any echo, where the part's last would have been detected */
+};
+
 /* All zero: nothing was heard yet. */
 struct lost_echo {
     uint32_t lost; /* parts, since the last echo */
     bool doubt;    /* until the next echo */
     struct lost_echo_part part[LOST_ECHO_PARTS];
     struct lost_echo_row row[LOST_ECHO_ROWS];
+    struct lost_echo_pass pass;
+    struct lost_echo_return again[LOST_ECHO_PARTS];
 };
 
 /**
@@ -47,7 +63,10 @@ struct lost_echo {
  * A ping with an echo shows that the receiver hears: what is gone has left. In one without any, a beam that had an echo
  * in its own direction frees nothing for 10 s. Six parts of a head (60 degrees) or 12 of a fan that lose theirs without
  * an echo between them are a doubt: nothing is free in any ping until the next echo. Returns whether there is one.
- * O(beams).
+ *
+ * A receiver that hears one ping in twenty has such an echo all the while. But what has left does not come back to
+ * where it was: strong echoes in six parts of a head that a whole pass of it did not show, and that are there again at
+ * the same range, are a doubt for eight passes. O(beams).
  */
 bool lost_echo_run(struct lost_echo *l, struct echoes *echoes);
 

@@ -22,12 +22,25 @@ static double tan_of(double half_rad)
     return tan(fmin(half_rad, WIDEST_HALF_RAD));
 }
 
-void beam_part_open(struct beam_opening *o, enum beam_part part, double half_az_rad, double half_el_rad,
-                    double height_rad)
+void beam_row_open(struct beam_opening *o, const struct beam_row *row, double less_az_rad, double less_el_rad)
 {
-    o->part[part] = (struct beam_part_opening){.tan_az = tan_of(half_az_rad),
-                                               .tan_el = tan_of(half_el_rad - height_rad / 2),
-                                               .tan_high = tan_of(half_el_rad)};
+    const double half_az = (double)row->half_az_rad, half_el = (double)row->half_el_rad;
+    const double seam = ((double)row->seam_rad + less_az_rad) / half_az;
+    o->axes[0] = row->several ? 0 : half_az;
+    o->axes[1] = row->several ? 0 : half_el;
+    o->less[0] = less_az_rad;
+    o->less[1] = less_el_rad;
+    for (enum beam_part k = 0; k < BEAM_PARTS; k++) {
+        const double share = beam_part_share[k];
+        o->patch[k] = (struct beam_patch){0};
+        if (!(row->left_rad + row->right_rad > 0 && seam <= share))
+            continue;
+        const double more = (share - seam) * half_az; /* of the beam's own part, beyond the seam */
+        o->patch[k] =
+            (struct beam_patch){.tan_left = (1 + BEAM_EDGE) * tan_of((double)row->left_rad + more),
+                                .tan_right = (1 + BEAM_EDGE) * tan_of((double)row->right_rad + more),
+                                .tan_el = tan_of(sqrt(share * share - seam * seam) * half_el - less_el_rad)};
+    }
 }
 
 struct beam_opening beam_opening(double az_rad, double el_rad, double height_rad, bool level)
@@ -49,8 +62,7 @@ struct beam_opening beam_opening(double az_rad, double el_rad, double height_rad
         .tan_high = tan_of(half_el),
         .widest_rad = too_high ? 0 : 4 * half_az,
     };
-    for (enum beam_part k = 0; k < BEAM_PARTS; k++)
-        beam_part_open(&o, k, beam_part_share[k] * half_az, beam_part_share[k] * half_el, height_rad);
+    beam_row_open(&o, &(struct beam_row){.half_az_rad = (float)half_az, .half_el_rad = (float)half_el}, 0, 0);
     return o;
 }
 
@@ -113,16 +125,19 @@ struct beam_water beam_surely_free(const struct beam *b, const struct beam_water
     const double off_m = blur.along_m + b->margin_m, across2 = blur.across_m * blur.across_m;
     if (!(off_m > 0 || across2 > 0))
         return *w;
-    const struct beam_water within = {w->from_m, sqrt(fmax(w->to_m * w->to_m - across2, 0)),
-                                      sqrt(fmax(w->side_to_m * w->side_to_m - across2, 0)), w->edge_from_m,
-                                      sqrt(fmax(w->edge_to_m * w->edge_to_m - across2, 0))};
+    const struct beam_water within = {w->from_m,
+                                      sqrt(fmax(w->to_m * w->to_m - across2, 0)),
+                                      sqrt(fmax(w->side_to_m * w->side_to_m - across2, 0)),
+                                      w->edge_from_m,
+                                      sqrt(fmax(w->edge_to_m * w->edge_to_m - across2, 0)),
+                                      w->nested};
     return beam_water_less(&within, off_m);
 }
 
 struct beam_water beam_water_less(const struct beam_water *w, double by_m)
 {
-    return (struct beam_water){w->from_m + by_m, w->to_m - by_m, w->side_to_m - by_m, w->edge_from_m + by_m,
-                               w->edge_to_m - by_m};
+    return (struct beam_water){w->from_m + by_m,      w->to_m - by_m,      w->side_to_m - by_m,
+                               w->edge_from_m + by_m, w->edge_to_m - by_m, w->nested};
 }
 
 struct beam_cell beam_cell_of(double width_rad, double height_rad, double el_rad)
@@ -317,11 +332,6 @@ static bool cut_sides(const struct beam *b, const struct beam_sides *f, const st
 
 /* ---- what is free in the parts of a beam ---- */
 
-static bool is_alike(const struct beam_water *w)
-{
-    return w->side_to_m >= w->to_m && w->edge_to_m >= w->to_m && w->edge_from_m <= w->from_m;
-}
-
 /* What another part frees joins it where they touch; else the longer stays. */
 static void add_run(struct stretch *st, double from_m, double to_m)
 {
@@ -336,32 +346,101 @@ static void add_run(struct stretch *st, double from_m, double to_m)
     }
 }
 
-/* Of where the beam looks along the ray: at its edge, that is, in all of it; and farther in those of its parts through
- * which the ray passes. aside: it is the side of a cell, whose upper and lower end are no part's concern. */
-static void free_in_parts(const struct beam *b, const struct beam_ray *ray, const struct beam_water *w, bool aside,
-                          struct stretch *st)
+/* How far the cell reaches from its middle, along the beam's axis, to its side and up, of a unit's way along it. */
+struct box {
+    double along, aside, upward;
+};
+
+static struct box box_of(const struct beam *b, const struct beam_cell *cell, const double u[3])
+{
+    const double cos_az = u[0] * cell->per_level, sin_az = u[1] * cell->per_level;
+    const double wide = cell->aside, high = cell->upward;
+    const double w[3] = {-wide * sin_az, wide * cos_az, 0},
+                 h[3] = {high * u[2] * cos_az, high * u[2] * sin_az, -high * (u[0] * cos_az + u[1] * sin_az)};
+    return (struct box){fabs(geo_dot(w, b->axis)) + fabs(geo_dot(h, b->axis)),
+                        fabs(geo_dot(w, b->side)) + fabs(geo_dot(h, b->side)),
+                        fabs(geo_dot(w, b->up)) + fabs(geo_dot(h, b->up))};
+}
+
+/* Cuts the stretch to where the ray, with the box about it, is within the patch. */
+static bool cut_patch(const struct beam *b, const struct beam_patch *p, const struct beam_ray *ray,
+                      const struct box *box, struct stretch *st)
+{
+    const struct beam_sides in = sides_at(b, fmax(fabs(p->tan_left), fabs(p->tan_right)), p->tan_el);
+    const double *o = b->offset_m, low = ray->along - box->along;
+    const double left = p->tan_left * ray->along - box->aside, right = p->tan_right * ray->along - box->aside;
+    const double high = p->tan_el * low - box->upward;
+    return cut_side(st, right - ray->aside, p->tan_right * o[0] - o[1] + in.in_az) &&
+           cut_side(st, left + ray->aside, p->tan_left * o[0] + o[1] + in.in_az) &&
+           cut_side(st, high - ray->upward, p->tan_el * o[0] - o[2] + in.in_el) &&
+           cut_side(st, high + ray->upward, p->tan_el * o[0] + o[2] + in.in_el);
+}
+
+/*
+ * Of the rectangles within the ellipse of a part the one about where the cell is at range_m, as much larger than that
+ * in width as in height. An angle is no more than its tangent. Where the cell is not wholly in the part as far as
+ * that: a square one.
+ */
+static bool own_patch(const struct beam *b, enum beam_part part, const struct beam_ray *ray, const struct box *box,
+                      double range_m, struct beam_patch *out)
+{
+    const struct beam_opening *o = b->opening;
+    const double share2 = beam_part_share[part] * beam_part_share[part];
+    const double along_m = range_m * (ray->along - box->along) - b->offset_m[0];
+    const double aside_m = fabs(range_m * ray->aside - b->offset_m[1]) + range_m * box->aside,
+                 upward_m = fabs(range_m * ray->upward - b->offset_m[2]) + range_m * box->upward;
+    double az2 = share2, el2 = share2;
+    if (!(o->axes[0] > 0))
+        return false;
+    if (along_m > 0) {
+        az2 = (aside_m / along_m + o->less[0]) / o->axes[0];
+        el2 = (upward_m / along_m + o->less[1]) / o->axes[1];
+        az2 *= az2;
+        el2 *= el2;
+    }
+    const double slack = (share2 - az2 - el2) / 2;
+    const double az = sqrt(slack >= 0 ? az2 + slack : share2 / 2),
+                 el = sqrt(slack >= 0 ? el2 + slack : share2 / 2);
+    const double tan_az = az * o->axes[0] - o->less[0];
+    *out = (struct beam_patch){tan_az, tan_az, el * o->axes[1] - o->less[1]};
+    return tan_az > 0 && out->tan_el > 0;
+}
+
+/* Of where the beam looks along the ray: at its edge, that is, in all of it; and farther where all of the cell lies in
+ * a part of the beam, or the ray in that of the row. */
+static void free_in_parts(const struct beam *b, const struct box *box, const struct beam_ray *ray,
+                          const struct beam_water *w, struct stretch *st)
 {
     const double reach_m[BEAM_PARTS] = {[BEAM_AXIS] = w->to_m, [BEAM_SIDE] = w->side_to_m};
     const struct stretch look = {.from_m = st->look_from_m, .to_m = st->look_to_m};
+    const struct box high = {box->along, 0, box->upward};
     st->from_m = st->to_m = 0;
     const double edge_m = fmax(beam_meet(b, ray->u, w->edge_from_m), come_within(b, ray->u, w->edge_to_m));
     add_run(st, fmax(look.from_m, edge_m), fmin(look.to_m, beam_meet(b, ray->u, w->edge_to_m)));
     for (enum beam_part k = BEAM_PARTS; k-- > 0;) {
-        const struct beam_part_opening *o = &b->opening->part[k];
-        const double wider = aside ? 1 + BEAM_EDGE : 1;
-        const struct beam_sides sides = sides_at(b, wider * o->tan_az, wider * (aside ? o->tan_high : o->tan_el));
-        struct stretch in = look;
-        if (o->tan_el > 0 && cut_sides(b, &sides, ray, &in))
-            add_run(st, fmax(in.from_m, come_within(b, ray->u, reach_m[k])),
-                    fmin(in.to_m, beam_meet(b, ray->u, reach_m[k])));
+        const struct stretch all = {.from_m = fmax(look.from_m, come_within(b, ray->u, reach_m[k])),
+                                    .to_m = fmin(look.to_m, beam_meet(b, ray->u, reach_m[k]))};
+        const struct beam_patch *row = &b->opening->patch[k];
+        struct beam_patch own;
+        struct stretch in = all;
+        if (!(all.to_m > all.from_m))
+            continue;
+        if (row->tan_el > 0 && cut_patch(b, row, ray, &high, &in))
+            add_run(st, in.from_m, in.to_m);
+        in = all;
+        if (own_patch(b, k, ray, box, all.to_m, &own) && cut_patch(b, &own, ray, box, &in))
+            add_run(st, in.from_m, in.to_m);
     }
 }
 
-void beam_stretch_aside(const struct beam *b, const struct beam_ray *side, const struct beam_water *water,
-                        struct stretch *st)
+void beam_stretch_aside(const struct beam *b, const struct beam_cell *cell, const struct beam_ray *side,
+                        const struct beam_water *water, struct stretch *st)
 {
-    if (!is_alike(water))
-        free_in_parts(b, side, water, true, st);
+    if (!water->nested)
+        return;
+    struct box box = box_of(b, cell, side->u);
+    box.aside = 0;
+    free_in_parts(b, &box, side, water, st);
 }
 
 bool beam_stretch(const struct beam *b, const struct beam_cell *cell, const struct beam_ray *ray,
@@ -387,8 +466,10 @@ bool beam_stretch(const struct beam *b, const struct beam_cell *cell, const stru
     st->look_to_m = st->to_m;
     if (!(st->to_m > st->from_m))
         return false;
-    if (!is_alike(water))
-        free_in_parts(b, ray, water, false, st);
+    if (water->nested) {
+        const struct box box = box_of(b, cell, ray->u);
+        free_in_parts(b, &box, ray, water, st);
+    }
     return true;
 }
 

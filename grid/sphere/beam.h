@@ -12,14 +12,25 @@
 #include "grid/echoes.h"
 #include "grid/picture/free_interval.h"
 
-/* Parts of a beam in which it detects more than at its edge: up to BEAM_AXIS_SHARE and BEAM_SIDE_SHARE of its
- * opening. */
+/* Parts of a beam in which it detects more than at its edge: up to BEAM_AXIS_SHARE and BEAM_SIDE_SHARE of its opening.
+ * Each is an ellipse about the axis, for what the pattern takes to the side and what it takes upward add up. */
 enum beam_part { BEAM_AXIS, BEAM_SIDE, BEAM_PARTS };
 
-/* The bounds of a part; of those of struct beam_opening that do not leave it to a cell's size. tan_el <= 0: no cell
- * lies in it. */
-struct beam_part_opening {
-    double tan_az, tan_el, tan_high;
+/*
+ * How the beams stand side by side of which a beam is one. What lies between the axes of two neighbours is no farther
+ * from the nearer one than their seam, halfway: there the row detects least. So a cell that is not wholly in a part of
+ * one beam is in that part of the row if the seams are.
+ */
+struct beam_row {
+    float half_az_rad, half_el_rad; /* half of what each of its beams is wide and high */
+    float left_rad, right_rad;      /* it reaches so far from the axis */
+    float seam_rad;                 /* from the nearest axis, at most; 0: the beam has no neighbours */
+    bool several;                   /* the axis is the middle of several beams, and none of its own */
+};
+
+/* A rectangle within a part; tan_el <= 0: none. */
+struct beam_patch {
+    double tan_left, tan_right, tan_el;
 };
 
 /* What is alike for all beams of a ping. */
@@ -31,10 +42,12 @@ struct beam_opening {
     double tan_az, tan_el; /* a ray of the grid is in the beam where |y| <= tan_az x, |z| <= tan_el x */
     double tan_high;       /* of all of half_el: tan_el leaves out half a cell */
     double widest_rad;     /* a cell that is wider is never in the beam */
-    struct beam_part_opening part[BEAM_PARTS];
+    struct beam_patch patch[BEAM_PARTS]; /* what the row fills */
+    double axes[2]; /* of the beam's own pattern, half its width and height; 0: of a row of several */
+    double less[2]; /* and so much less to each side and upward is in it */
 };
 
-/* Half of a part's opening, as a share of half of the beam's. */
+/* Half of a part's axes, as a share of half of the beam's width and height. */
 extern const double beam_part_share[BEAM_PARTS];
 
 /* What lies at the left or right edge of a beam but for rounding, of azimuths in float, is within so much of half the
@@ -53,21 +66,21 @@ struct beam_opening beam_opening_freed(const struct beam_opening *own, double ce
  */
 struct beam_opening beam_opening(double az_rad, double el_rad, double cell_height_rad, bool level);
 
-/** beam_part_open - half the width and height of a part in place of what beam_opening has for it: of beams that are
- * narrower than their sonar's, or several together. */
-void beam_part_open(struct beam_opening *o, enum beam_part part, double half_az_rad, double half_el_rad,
-                    double cell_height_rad);
+/** beam_row_open - the parts of the beams of that row, in place of those of a single beam that beam_opening has. Where
+ * it points is uncertain by so much. */
+void beam_row_open(struct beam_opening *o, const struct beam_row *row, double less_az_rad, double less_el_rad);
 
 /* How far the water of a beam is free, from its sensor: in its parts and at its edge, as struct beam_echoes has it. */
 struct beam_water {
     double from_m, to_m;
     double side_to_m, edge_from_m, edge_to_m;
+    bool nested; /* it is known how much less the beam detects off its axis */
 };
 
 /** beam_water_alike - as much is free in all of the beam. */
 static inline struct beam_water beam_water_alike(double from_m, double to_m)
 {
-    return (struct beam_water){from_m, to_m, to_m, from_m, to_m};
+    return (struct beam_water){from_m, to_m, to_m, from_m, to_m, false};
 }
 
 /** beam_water_less - it begins and ends so much nearer to its middle. */
@@ -187,8 +200,8 @@ bool beam_stretch(const struct beam *b, const struct beam_cell *cell, const stru
                   const struct beam_water *water, struct stretch *out);
 
 /** beam_stretch_aside - what is free, of where st says that the beam looks along the side of a cell. */
-void beam_stretch_aside(const struct beam *b, const struct beam_ray *side, const struct beam_water *water,
-                        struct stretch *st);
+void beam_stretch_aside(const struct beam *b, const struct beam_cell *cell, const struct beam_ray *side,
+                        const struct beam_water *water, struct stretch *st);
 
 /* The flat sides of a beam that frees cells of a ring; in_az, in_el: they are so much farther in than the opening's. */
 struct beam_sides {

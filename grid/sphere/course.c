@@ -2,6 +2,7 @@
 #include "course.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "motion.h"
 #include "sensor.h"
@@ -61,6 +62,7 @@ static void set_axes(struct sphere *s, double az_rad)
     s->frame.axes_rad = az_rad;
     s->axes_cos = cos(az_rad);
     s->axes_sin = sin(az_rad);
+    memset(s->last, 0, sizeof s->last); /* these are in the axes that were */
     for (uint32_t d = 0; d < s->rings.n; d++) {
         const double *u = s->picture.axis[d];
         s->axis[d][0] = s->axes_cos * u[0] - s->axes_sin * u[1];

@@ -192,10 +192,10 @@ static void take_in(struct run *r, const struct drift_look *look)
     const struct wedge *wedge = wedge_of(r->wedges, look);
     const struct wedge_ping *ping = ping_of(r->wedges, look);
     const struct beam_water other = wedges_water(wedge);
-    r->water = (struct beam_water){fmax(r->water.from_m, other.from_m), fmin(r->water.to_m, other.to_m),
-                                   fmin(r->water.side_to_m, other.side_to_m),
-                                   fmax(r->water.edge_from_m, other.edge_from_m),
-                                   fmin(r->water.edge_to_m, other.edge_to_m)};
+    r->water = (struct beam_water){
+        fmax(r->water.from_m, other.from_m),       fmin(r->water.to_m, other.to_m),
+        fmin(r->water.side_to_m, other.side_to_m), fmax(r->water.edge_from_m, other.edge_from_m),
+        fmin(r->water.edge_to_m, other.edge_to_m), r->water.nested || other.nested};
     r->apart_m = fmax(r->apart_m, apart_m(ping, ping_of(r->wedges, r->middle)) + (double)ping->uncertain_m);
     r->tilt_rad = fmax(r->tilt_rad, acos(fmin(1, dot(look->down, r->middle->down))));
 }
@@ -263,13 +263,27 @@ static void add_worth(struct drift_worth *all, const struct drift_worth *wider)
     }
 }
 
+/* The row of beams of which a part is looked at that is off_rad from its middle. Of a single beam it is counted as if
+ * it were as far off the axis all over as where it is farthest. */
+static struct beam_row row_of_part(const struct beam_row *row, float off_rad, float half_rad)
+{
+    struct beam_row part = *row;
+    part.left_rad = part.right_rad = half_rad;
+    part.several = true;
+    if (row->several) {
+        part.left_rad = fminf(half_rad, off_rad + row->left_rad);
+        part.right_rad = fminf(half_rad, row->right_rad - off_rad);
+    } else {
+        part.seam_rad = fabsf(off_rad) + half_rad;
+    }
+    return part;
+}
+
 void drift_narrow(struct wedge *w, const struct drift_look *look)
 {
-    const float off_rad = fabsf(look->az_rad - w->az_rad);
     if (look->half_rad == w->half_az_rad)
         return;
-    for (enum beam_part k = 0; k < BEAM_PARTS; k++)
-        w->part_az_rad[k] = off_rad + look->half_rad <= w->part_az_rad[k] ? look->half_rad : 0;
+    w->row = row_of_part(&w->row, look->az_rad - w->az_rad, look->half_rad);
     w->az_rad = look->az_rad;
     w->half_az_rad = look->half_rad;
 }

@@ -255,9 +255,20 @@ static double adrift_rad(const struct sphere *s, const struct cell *c, const str
     return s->heading_radps * (s->frame.turn_s > 0 ? fmin(since_s, s->frame.turn_s) : since_s);
 }
 
+/* The greatest part of a beam, as a share of its opening, in which it would have detected what stands between these
+ * ranges; 0: in none. */
+static double share_heard(const struct beam_echoes *h, double from_m, double to_m)
+{
+    if (from_m < h->blind_m || to_m > h->free_to_m)
+        return 0;
+    if (!h->off_axis || (from_m >= h->edge_from_m && to_m <= h->edge_to_m))
+        return 1;
+    return beam_part_share[to_m <= h->side_to_m ? BEAM_SIDE : BEAM_AXIS];
+}
+
 /*
- * No echo came from the water up to free_to_m: cells there lose by the fraction of them that the beam covered, wherever
- * within the pose uncertainty it was.
+ * No echo came from where the beam would have received one: cells there lose by the fraction of them that so much of
+ * the beam covered, wherever within the pose uncertainty it was.
  */
 static void carve_direction(struct sphere *s, const struct look *l)
 {
@@ -276,11 +287,11 @@ static void carve_direction(struct sphere *s, const struct look *l)
         double thick = s->layers.edge[c->layer + 1] - s->layers.edge[c->layer], range = beam_range(b, place);
         double doubt_m = 2.0 * c->sd_m + uncertain_m + l->blur.along_m;
         double aside = uncertain_rad + (uncertain_m + l->blur.across_m) / fmax(range, NEAREST_M);
-        if (range - doubt_m < b->heard->blind_m || range + doubt_m + thick / 2 > b->heard->free_to_m ||
-            !beam_sees(b, cell, &(struct beam_spot){l->ray.u, place, range}, half_az, half_el, &view))
+        const double part = share_heard(b->heard, range - doubt_m, range + doubt_m + thick / 2);
+        if (part <= 0 || !beam_sees(b, cell, &(struct beam_spot){l->ray.u, place, range}, half_az, half_el, &view))
             continue;
-        double share = beam_share(view.off_az, half_az - aside - adrift_rad(s, c, b->ping), view.wide_rad) *
-                       beam_share(view.off_el, half_el - aside, view.high_rad);
+        double share = beam_share(view.off_az, part * half_az - aside - adrift_rad(s, c, b->ping), view.wide_rad) *
+                       beam_share(view.off_el, part * half_el - aside, view.high_rad);
         if (share < MIN_CARVE_SHARE || c->state == CELL_LOCKED)
             continue;
         weigh(s, c, b->ping, log((1 - ECHO_IF_OCCUPIED * share) / (1 - ECHO_IF_EMPTY * share)));
@@ -335,9 +346,6 @@ static struct openings openings_of(const struct sphere *s, const struct echoes *
                  el_rad = fmax(e->el_aperture_rad + 2 * more_rad, 0);
     struct openings o = {.own = beam_opening(az_rad, el_rad, high_rad, s->conf.level),
                          .widest = beam_opening(reach * az_rad, reach * el_rad, high_rad, s->conf.level)};
-    for (enum beam_part k = 0; k < BEAM_PARTS && more_rad < 0; k++)
-        beam_part_open(&o.own, k, beam_part_share[k] * (double)e->az_aperture_rad / 2 + more_rad,
-                       beam_part_share[k] * (double)e->el_aperture_rad / 2 + more_rad, high_rad);
     o.freed = beam_opening_freed(&o.own, s->widest_rad);
     return o;
 }
@@ -371,7 +379,7 @@ static struct water water_of(const struct sphere *s, const struct beam *b, bool 
     const struct beam_echoes *h = b->heard;
     struct beam_water own = beam_water_alike(h->blind_m, h->free_to_m);
     if (h->off_axis)
-        own = (struct beam_water){h->blind_m, h->free_to_m, h->side_to_m, h->edge_from_m, h->edge_to_m};
+        own = (struct beam_water){h->blind_m, h->free_to_m, h->side_to_m, h->edge_from_m, h->edge_to_m, true};
     own = beam_water_less(&own, b->ping->pose.uncertain_m);
     own = beam_surely_free(b, &own);
     if (own.to_m > own.from_m && !loose)
@@ -460,7 +468,8 @@ static const uint8_t kinds[] = {
     [SAID_FREE] = WEDGE_FREE, [SAID_UNKNOWN] = WEDGE_UNKNOWN, [SAID_DEAF] = WEDGE_DEAF};
 
 /* What a beam says of the water, as a wedge; false: nothing. aside_rad: its bearing is uncertain by so much. */
-static bool wedge_of(const struct sphere *s, const struct beam *b, double aside_rad, struct wedge *out)
+static bool wedge_of(const struct sphere *s, const struct beam *b, const struct beam_row *row, double aside_rad,
+                     struct wedge *out)
 {
     const struct water water = water_of(s, b, is_loose(s, &b->ping->pose));
     if (water.said == SAID_NOTHING)
@@ -470,10 +479,9 @@ static bool wedge_of(const struct sphere *s, const struct beam *b, double aside_
     *out = (struct wedge){.az_rad = b->heard->az_rad,
                           .el_rad = b->heard->el_rad,
                           .half_az_rad = (float)fmax(0, half_az),
+                          .row = *row,
                           .kind = kinds[water.said],
                           .ends_at_echo = water.ends_at_echo};
-    for (enum beam_part k = 0; k < BEAM_PARTS; k++)
-        out->part_az_rad[k] = (float)fmax(0, beam_part_share[k] * b->opening->half_az - aside_rad);
     wedges_set_water(out, &water.range);
     return true;
 }
@@ -499,12 +507,11 @@ static void keep_wedges(struct sphere *s, const struct echoes *e, const double t
         ping.place_m[i] = s->frame.centre_m[i] + origin_m[i];
     wedges_begin(&s->wedges, &ping);
     for (uint16_t i = 0; i < e->n_beams; i++) {
-        struct beam b = {.ping = e, .heard = &e->beam[i], .opening = &own};
-        if (blur.any) {
-            beam_of(&b, e, i, &own, turn, origin_m);
-            beam_blur(&b, blur.m, blur.any_m);
-        }
-        if (!wedge_of(s, &b, e->pose.uncertain_rad + blur.aside_rad, &one) ||
+        struct beam b;
+        beam_of(&b, e, i, &own, turn, origin_m);
+        beam_blur(&b, blur.m, blur.any_m);
+        const struct beam_row row = state_row(s, &b, i);
+        if (!wedge_of(s, &b, &row, e->pose.uncertain_rad + blur.aside_rad, &one) ||
             (any && wedges_join(&fan, &one, s->rings.height_rad)))
             continue;
         if (any)
@@ -547,35 +554,49 @@ void sensor_enter(struct sphere *s, const struct echoes *e, const double turn[4]
             blur_beam(s, &p, &blur, turn);
         else
             p.perhaps = p.surely;
+        if (e->beam[i].off_axis) {
+            const struct beam_row row = state_row(s, &p.surely, i);
+            beam_row_open(&p.surely_open.own, &row, blur.aside_rad, blur.aside_rad);
+        }
         enter_beam(s, &p, loose);
     }
     if (s->frame.ned || (s->drifts && !e->pose.heading_adrift))
         keep_wedges(s, e, turn, origin_m);
+    if (e->n_beams == 1)
+        beside_keep(&s->last[e->sensor % SPHERE_SENSORS], &p.surely);
 }
 
 /* Of the wedge that is entered again: its opening, which is that of most wedges before it. */
 struct again {
-    float az_rad[1 + BEAM_PARTS]; /* half of it, and of its parts */
-    float el_aperture_rad, less_rad;
+    float half_az_rad, aside_rad, el_aperture_rad, less_rad;
+    struct beam_row row;
     struct beam_opening own, freed;
 };
 
-/* Of a wedge whose beams count as so much less high, above and below. */
-static void open_again(const struct sphere *s, struct again *a, const struct wedge *w, float el_aperture_rad,
-                       float less_rad)
+#define SAME_RAD 1e-6f /* bearings are rounded */
+
+static bool is_same_row(const struct beam_row *a, const struct beam_row *b)
 {
-    const float az_rad[1 + BEAM_PARTS] = {w->half_az_rad, w->part_az_rad[BEAM_AXIS], w->part_az_rad[BEAM_SIDE]};
-    if (memcmp(a->az_rad, az_rad, sizeof az_rad) == 0 && a->el_aperture_rad == el_aperture_rad &&
-        a->less_rad == less_rad)
+    return a->several == b->several && a->half_az_rad == b->half_az_rad && a->half_el_rad == b->half_el_rad &&
+           fabsf(a->left_rad - b->left_rad) < SAME_RAD && fabsf(a->right_rad - b->right_rad) < SAME_RAD &&
+           fabsf(a->seam_rad - b->seam_rad) < SAME_RAD;
+}
+
+/* Of a wedge whose beams count as so much less wide and high to each side. */
+static void open_again(const struct sphere *s, struct again *a, const struct wedge *w, float el_aperture_rad,
+                       float aside_rad, float less_rad)
+{
+    if (a->half_az_rad == w->half_az_rad && a->el_aperture_rad == el_aperture_rad && a->aside_rad == aside_rad &&
+        a->less_rad == less_rad && is_same_row(&a->row, &w->row))
         return;
-    memcpy(a->az_rad, az_rad, sizeof az_rad);
+    a->half_az_rad = w->half_az_rad;
+    a->row = w->row;
     a->el_aperture_rad = el_aperture_rad;
+    a->aside_rad = aside_rad;
     a->less_rad = less_rad;
     a->own = beam_opening(2 * (double)w->half_az_rad, fmaxf(0, el_aperture_rad - 2 * less_rad),
                           s->rings.height_rad, s->conf.level);
-    for (enum beam_part k = 0; k < BEAM_PARTS; k++)
-        beam_part_open(&a->own, k, (double)w->part_az_rad[k],
-                       beam_part_share[k] * (double)el_aperture_rad / 2 - (double)less_rad, s->rings.height_rad);
+    beam_row_open(&a->own, &w->row, (double)aside_rad, (double)less_rad);
     a->freed = beam_opening_freed(&a->own, s->widest_rad);
 }
 
@@ -679,7 +700,7 @@ static void free_again(struct sphere *s, struct again *a, const struct wedge_pin
                                     .by = {ping->t_ns, ping->path_m, ping->sensor}};
     if (!(seen.water.to_m > seen.water.from_m))
         return;
-    open_again(s, a, w, ping->el_aperture_rad, aside_rad + (float)shrunk->tilt_rad);
+    open_again(s, a, w, ping->el_aperture_rad, aside_rad, aside_rad + (float)shrunk->tilt_rad);
     for (int i = 0; i < 3; i++)
         origin_m[i] = ping->place_m[i] - s->frame.centre_m[i];
     beam_place(&b, w->az_rad, w->el_rad, &a->own, ping->attitude, origin_m);
@@ -749,7 +770,7 @@ static bool has_drifted(const struct sphere *s, const struct wedge_ping *ping)
 void sensor_free_again(struct sphere *s, uint64_t t_ns, double path_m)
 {
     const uint64_t keep_ns = state_keep_ns(s);
-    struct again a = {.az_rad = {-1}};
+    struct again a = {.half_az_rad = -1};
     wedges_forget(&s->wedges, t_ns > keep_ns ? t_ns - keep_ns : 0);
     forget_intervals(s);
     uint32_t next = 0;

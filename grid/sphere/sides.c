@@ -32,6 +32,15 @@ static bool sides_for(const struct beam *b, const struct beam_cell *cell, struct
     return true;
 }
 
+static bool look_along(const struct beam *b, const struct beam_cell *cell, const struct beam_ray *side,
+                       const struct beam_water *water, struct stretch *out)
+{
+    const bool looks = beam_stretch(b, cell, side, water, out);
+    if (looks)
+        beam_stretch_aside(b, cell, side, water, out);
+    return looks;
+}
+
 /* Where the beam has the side, left (0) or right, of the direction, whose middle it has along a stretch, or, NULL, not
  * at all. */
 static bool stretch_of(const struct sphere *s, int side, const struct side_look *look,
@@ -46,17 +55,17 @@ static bool stretch_of(const struct sphere *s, int side, const struct side_look 
     beam_cell_side(cell, s->axis[look->direction], 2 * side - 1, u);
     const struct beam_ray ray = beam_ray(b, u);
     if (!middle)
-        return beam_stretch(b, cell, &ray, look->water, out);
+        return look_along(b, cell, &ray, look->water, out);
     const bool near = beam_has(b, &flat, &ray, middle->look_from_m),
                far = beam_has(b, &flat, &ray, middle->look_to_m);
     *out = *middle;
     if (near && far) {
-        beam_stretch_aside(b, &ray, look->water, out);
+        beam_stretch_aside(b, cell, &ray, look->water, out);
         return true;
     }
     if (!near && !far)
         return false;
-    const bool any = beam_stretch(b, cell, &ray, look->water, out);
+    const bool any = look_along(b, cell, &ray, look->water, out);
     out->ends_at_echo = middle->ends_at_echo;
     return any;
 }

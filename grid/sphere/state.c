@@ -90,3 +90,8 @@ struct cell *state_take(struct sphere *s, uint32_t direction, uint16_t layer)
     s->stats.cells_lost++;
     return NULL;
 }
+
+struct beam_row state_row(const struct sphere *s, const struct beam *b, uint16_t index)
+{
+    return beside_row(b, index, &s->last[b->ping->sensor % SPHERE_SENSORS]);
+}

@@ -8,6 +8,7 @@
 #define SONARD_SPHERE_STATE_H
 
 #include "beam.h"
+#include "beside.h"
 #include "grid/picture/bearings.h"
 #include "cells.h"
 #include "drift.h"
@@ -78,8 +79,9 @@ struct sphere {
     double blocked_logodds; /* conf.blocked_above as log-odds */
     double fade_s;       /* time constant of fading: from LOGODDS_MAX to blocked_logodds within sphere_forget_s */
     uint64_t t_start_ns; /* first ping since the axes were set */
-    uint64_t deaf_sensors; /* set of those whose last ping received nothing usable in any beam */
-    bool deaf_again;       /* the ping that is being entered and the one before of its sensor were such */
+    struct beside_last last[SPHERE_SENSORS]; /* ping of each sensor */
+    uint64_t deaf_sensors;                   /* set of those whose last ping received nothing usable in any beam */
+    bool deaf_again; /* the ping that is being entered and the one before of its sensor were such */
     uint32_t turn_took_ms[SPHERE_SENSORS];
     uint32_t turn_ms[SPHERE_SENSORS]; /* each sensor's turn began so long after t_start_ns */
     uint64_t away_sensors; /* those that were silent in their present turn: it does not say how long one takes */
@@ -125,6 +127,9 @@ void state_forget_free(struct sphere *s, uint32_t d);
  * next sensor_free_again: wedges end at their own echoes, so what was lost frees nothing.
  */
 struct cell *state_take(struct sphere *s, uint32_t direction, uint16_t layer);
+
+/** state_row - the row of a beam of the ping that is being entered, placed. */
+struct beam_row state_row(const struct sphere *s, const struct beam *b, uint16_t index);
 
 /** state_release - cell i is no more. */
 void state_release(struct sphere *s, uint32_t i);

@@ -36,12 +36,13 @@ void wedges_set_water(struct wedge *wedge, const struct beam_water *water)
     wedge->side_to_m = (float)water->side_to_m;
     wedge->edge_from_m = (float)water->edge_from_m;
     wedge->edge_to_m = (float)water->edge_to_m;
+    wedge->nested = water->nested;
 }
 
 struct beam_water wedges_water(const struct wedge *w)
 {
-    return (struct beam_water){(double)w->from_m, (double)w->to_m, (double)w->side_to_m, (double)w->edge_from_m,
-                               (double)w->edge_to_m};
+    return (struct beam_water){(double)w->from_m,      (double)w->to_m,      (double)w->side_to_m,
+                               (double)w->edge_from_m, (double)w->edge_to_m, w->nested};
 }
 
 void wedges_begin(struct wedges *w, const struct wedge_ping *ping)
@@ -121,16 +122,24 @@ void wedges_forget(struct wedges *w, uint64_t t_ns)
         w->first++;
 }
 
-#define TOUCH_RAD 1e-6 /* parts that are no farther apart touch: their bearings are rounded */
+#define TOUCH_RAD 1e-5 /* rows that are no farther apart touch: their bearings are rounded */
 
-/* Half of what a part covers of both, to either side of middle_rad from the middle of a; b is off_rad from there. */
-static float part_of_both(float a_rad, float b_rad, double off_rad, double middle_rad)
+/* The row of both, from middle_rad from the middle of a; b is off_rad from there. Where the two do not touch there is
+ * none. */
+static struct beam_row row_of_both(const struct beam_row *a, const struct beam_row *b, double off_rad,
+                                   double middle_rad)
 {
-    const double low = fmin(-(double)a_rad, off_rad - (double)b_rad),
-                 high = fmax((double)a_rad, off_rad + (double)b_rad);
-    if (fabs(off_rad) > (double)a_rad + (double)b_rad + TOUCH_RAD)
-        return 0;
-    return (float)fmax(0, fmin(middle_rad - low, high - middle_rad));
+    const struct beam_row *l = off_rad < 0 ? b : a, *r = off_rad < 0 ? a : b;
+    const double l_rad = fmin(off_rad, 0), r_rad = fmax(off_rad, 0);
+    struct beam_row both = {.half_az_rad = fminf(a->half_az_rad, b->half_az_rad),
+                            .half_el_rad = fminf(a->half_el_rad, b->half_el_rad),
+                            .seam_rad = fmaxf(a->seam_rad, b->seam_rad),
+                            .several = true};
+    if (l_rad + (double)l->right_rad + TOUCH_RAD < r_rad - (double)r->left_rad)
+        return both;
+    both.left_rad = (float)(middle_rad - l_rad + (double)l->left_rad);
+    both.right_rad = (float)(r_rad - middle_rad + (double)r->right_rad);
+    return both;
 }
 
 bool wedges_join(struct wedge *a, const struct wedge *b, double widest_rad)
@@ -142,14 +151,14 @@ bool wedges_join(struct wedge *a, const struct wedge *b, double widest_rad)
                  high = fmax(a->half_az_rad, off + b->half_az_rad);
     if (high - low > widest_rad)
         return false;
-    for (enum beam_part k = 0; k < BEAM_PARTS; k++)
-        a->part_az_rad[k] = part_of_both(a->part_az_rad[k], b->part_az_rad[k], off, (low + high) / 2);
+    a->row = row_of_both(&a->row, &b->row, off, (low + high) / 2);
     a->az_rad = (float)((double)a->az_rad + (low + high) / 2);
     a->half_az_rad = (float)((high - low) / 2);
     a->from_m = fmaxf(a->from_m, b->from_m);
     a->edge_from_m = fmaxf(a->edge_from_m, b->edge_from_m);
     a->side_to_m = fminf(a->side_to_m, b->side_to_m);
     a->edge_to_m = fminf(a->edge_to_m, b->edge_to_m);
+    a->nested |= b->nested;
     if (b->to_m <= a->to_m) {
         a->ends_at_echo = b->ends_at_echo;
         a->to_m = b->to_m;

@@ -5,9 +5,8 @@
  * intervals of all directions are made anew from the wedges, so that no number of steps adds up to a drift.
  *
  * A ping is one record. Neighbouring beams of a fan are one wedge as long as together they are no wider than a cell:
- * free where all of them are, part by part. Of pings that a fan sends from nearly the same place the newest is kept. Room
- * is fixed;
- * the oldest ping goes first. Knows no cell and no direction of the grid.
+ * free where all of them are, part by part. Of pings that a fan sends from nearly the same place the newest is kept.
+ * Room is fixed; the oldest ping goes first. Knows no cell and no direction of the grid.
  */
 #ifndef SONARD_WEDGES_H
 #define SONARD_WEDGES_H
@@ -29,13 +28,13 @@ enum wedge_kind {
 };
 
 struct wedge {
-    float az_rad, el_rad;          /* axis in the sensor frame */
-    float half_az_rad;             /* the beam's own, or half of what several of them cover */
-    float part_az_rad[BEAM_PARTS]; /* likewise of their parts; 0: these do not touch */
-    float from_m, to_m;            /* as in struct beam_water */
+    float az_rad, el_rad; /* axis in the sensor frame */
+    float half_az_rad;    /* the beam's own, or half of what several of them cover */
+    struct beam_row row;
+    float from_m, to_m; /* as in struct beam_water */
     float side_to_m, edge_from_m, edge_to_m;
     uint8_t kind; /* enum wedge_kind */
-    bool ends_at_echo;
+    bool nested, ends_at_echo;
 };
 
 struct wedge_ping {

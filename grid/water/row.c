@@ -7,7 +7,7 @@
 
 static uint16_t units(double m)
 {
-    return m > 0 ? (uint16_t)fmin(floor(m / WATER_UNIT_M), UINT16_MAX - 3) : 0;
+    return (uint16_t)(m > 0 ? fmin(floor(m / WATER_UNIT_M), UINT16_MAX - 3) : 0);
 }
 
 static struct water_cell cell_of(double to_m, double ends_m)

@@ -328,6 +328,14 @@ class Methods:
         return cast("results.GridCellsResult", self._ask("grid_cells", {"cursor": cursor, "count": count,
             "grid": grid}))
 
+    def record_start(self) -> results.RecordState:
+        """Begin to record, in a new file."""
+        return cast("results.RecordState", self._ask("record_start", {}))
+
+    def record_stop(self) -> results.RecordState:
+        """Complete the recording's file, and record nothing."""
+        return cast("results.RecordState", self._ask("record_stop", {}))
+
     def reload(self) -> results.ReloadResult:
         """Read the configuration again."""
         return cast("results.ReloadResult", self._ask("reload", {}))
@@ -663,6 +671,14 @@ class AsyncMethods:
         """
         return cast("results.GridCellsResult", await self._ask("grid_cells", {"cursor": cursor, "count": count,
             "grid": grid}))
+
+    async def record_start(self) -> results.RecordState:
+        """Begin to record, in a new file."""
+        return cast("results.RecordState", await self._ask("record_start", {}))
+
+    async def record_stop(self) -> results.RecordState:
+        """Complete the recording's file, and record nothing."""
+        return cast("results.RecordState", await self._ask("record_stop", {}))
 
     async def reload(self) -> results.ReloadResult:
         """Read the configuration again."""

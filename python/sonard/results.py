@@ -322,6 +322,7 @@ class ServerState(TypedDict):
 
 class RecordState(TypedDict):
     recording: bool
+    paused: bool
     path: str
     parts: int
     messages: int

@@ -7,16 +7,23 @@
 #include <stdlib.h>
 
 #include "core/fault.h"
+#include "daemon/wiring.h"
 #include "grid/sphere/sphere.h"
+#include "knob.h"
 
-static const struct sphere_conf basin_grid_shipped = {
-    .angular_step_rad = 2 * GEO_PI / 180,
-    .layers = {.r_max_m = 12, .dr_m = 0.05, .n_const = 29, .growth = 1.035},
-    .max_cells = 65536,
-    .forget_s = 160,
-    .blocked_above = 0.6,
-    .recentre_m = 0.1,
-    .range_error = 0.003};
+#define BASIN_GRID_REACH_M 12.0
+
+/* As a configuration has its plain grid; NULL: as shipped. */
+static inline struct sphere_conf basin_grid_conf(const struct knob *knob)
+{
+    struct conf conf;
+    struct grid_setting setting;
+
+    knob_conf(knob, &conf);
+    wiring_grid(&conf, &conf.grid, &setting);
+    setting.sphere.layers.r_max_m = BASIN_GRID_REACH_M;
+    return setting.sphere;
+}
 
 /* A new one, to be given to free(); ends the program with a sentence where there cannot be any. */
 static inline struct sphere *basin_grid(const struct sphere_conf *conf)

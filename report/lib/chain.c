@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "core/fault.h"
+#include "daemon/wiring.h"
 #include "grid/range/background_learn.h"
 
 #define LEARN_SCANS  7
@@ -39,10 +40,11 @@ static void *room(size_t bytes)
     return p;
 }
 
-void chain_defaults(struct chain_conf *conf)
+void chain_configure(const struct conf *conf, struct chain_conf *out)
 {
-    *conf = (struct chain_conf){.background = CHAIN_NO_TEMPLATE};
-    extract_defaults(&conf->extract);
+    *out = (struct chain_conf){.background = CHAIN_NO_TEMPLATE};
+    wiring_extract(conf, 0, &out->extract);
+    wiring_cleanup(&conf->extract, &out->cleanup);
 }
 
 struct chain *chain_make(const struct chain_conf *conf)

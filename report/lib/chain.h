@@ -6,6 +6,7 @@
 #ifndef SONARD_REPORT_CHAIN_H
 #define SONARD_REPORT_CHAIN_H
 
+#include "config/conf.h"
 #include "grid/range/cleanup.h"
 #include "grid/range/extract.h"
 #include "sea.h"
@@ -27,8 +28,8 @@ struct chain_conf {
 
 struct chain;
 
-/** chain_defaults - as shipped. */
-void chain_defaults(struct chain_conf *conf);
+/** chain_configure - as a configuration has its first sonar; without a template. */
+void chain_configure(const struct conf *conf, struct chain_conf *out);
 
 /** chain_make - of the heap; ends the program with a sentence when the configuration is out of range. */
 struct chain *chain_make(const struct chain_conf *conf);

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "core/fault.h"
+#include "daemon/wiring.h"
 
 static void *room(size_t bytes)
 {
@@ -50,6 +51,26 @@ void chart_center(const struct chart *c, const int64_t cell[3], double at[3])
 {
     for (int a = 0; a < 3; a++)
         at[a] = ((double)cell[a] + 0.5) * c->set.voxel_m - c->world->origin_m[a];
+}
+
+struct chart_setting chart_setting_of(const struct conf *conf)
+{
+    struct pipeline_conf pipeline;
+    struct plan plan;
+
+    plan_make(conf, &plan);
+    wiring_pipeline(conf, &plan, true, &pipeline);
+    if (!pipeline.map) {
+        fprintf(stderr, "chart: the configuration has no map\n");
+        exit(1);
+    }
+    const struct voxmap_setting *s = &pipeline.voxels;
+    return (struct chart_setting){.voxel_m = s->voxel_m,
+                                  .tolerance_m = s->tolerance_m,
+                                  .rule = s->rule,
+                                  .opening = s->opening,
+                                  .echoes = s->keep_echoes,
+                                  .body_m = s->body_radius_m};
 }
 
 struct chart *chart_make(const struct world *world, const struct chart_setting *set)

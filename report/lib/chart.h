@@ -6,6 +6,7 @@
 #ifndef SONARD_REPORT_CHART_H
 #define SONARD_REPORT_CHART_H
 
+#include "config/conf.h"
 #include "grid/voxel/submap.h"
 #include "dive.h"
 #include "surface.h"
@@ -30,6 +31,9 @@ struct chart {
     double body[3];         /* where the body was stamped last */
     struct lattice_box box; /* the cells of the world's part that is looked at */
 };
+
+/** chart_setting_of - as [map] of a configuration with a map has it. */
+struct chart_setting chart_setting_of(const struct conf *conf);
 
 /** chart_make - empty; of the heap. Ends the program when a setting is out of range. */
 struct chart *chart_make(const struct world *world, const struct chart_setting *set);

@@ -6,7 +6,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "client/ctl/import.h"
 #include "drivers/devices/ping360.h"
 #include "drivers/devices/ping_frame.h"
 
@@ -91,9 +90,8 @@ bool recordings_text(const char *path, const struct recordings_head *head, recor
     return true;
 }
 
-static bool take_bytes(void *ctx, uint64_t t_ns, const uint8_t *bytes, size_t n)
+static void take_bytes(struct reader *r, uint64_t t_ns, const uint8_t *bytes, size_t n)
 {
-    struct reader *r = ctx;
     struct ping_frame frame;
     struct ping360_data data;
 
@@ -104,13 +102,53 @@ static bool take_bytes(void *ctx, uint64_t t_ns, const uint8_t *bytes, size_t n)
         ping360_fill_ping(&r->ping, &frame, &data, SOUND_MPS, 115200);
         r->use(r->ctx, &r->ping, geo_deg((double)r->beam.az_rad));
     }
-    return true;
 }
 
-static void pass_over(void *ctx, const char *sentence)
+/* A length, big-endian, and as many bytes: how many, and at[] behind the length; SIZE_MAX: they are not all there. */
+static size_t sized(const uint8_t **at, const uint8_t *end)
 {
-    (void)ctx;
-    (void)sentence;
+    const uint8_t *b = *at;
+
+    if (end - b < 4)
+        return SIZE_MAX;
+    const size_t n = (size_t)b[0] << 24 | (size_t)b[1] << 16 | (size_t)b[2] << 8 | b[3];
+    *at += 4;
+    return n <= (size_t)(end - *at) ? n : SIZE_MAX;
+}
+
+/* "hh:mm:ss.zzz" in UTF-16, whose digits of any script follow one another: all that is asked of a whole log. */
+static uint64_t clock_ns(const uint8_t *text, size_t n)
+{
+    static const uint64_t unit_ms[] = {36000000, 3600000, 0, 600000, 60000, 0, 10000, 1000, 0, 100, 10, 1};
+    uint64_t ms = 0;
+
+    for (size_t i = 0; i < sizeof unit_ms / sizeof unit_ms[0] && 2 * i + 1 < n; i++)
+        ms += unit_ms[i] * (text[2 * i + 1] & 15u);
+    return ms * 1000000u;
+}
+
+/* The records of a Ping-Viewer log behind its head: six texts, the version and two numbers. */
+static bool read_log(struct reader *r, const uint8_t *at, const uint8_t *end)
+{
+    for (int i = 0; i < 6; i++) {
+        const size_t n = sized(&at, end);
+        if (n == SIZE_MAX)
+            return false;
+        at += n + (i == 0 ? 4 : 0);
+    }
+    for (at += 8; at < end;) {
+        const size_t n = sized(&at, end);
+        const uint8_t *text = at;
+        if (n == SIZE_MAX)
+            return false;
+        at += n;
+        const size_t n_bytes = sized(&at, end);
+        if (n_bytes == SIZE_MAX)
+            return false;
+        take_bytes(r, clock_ns(text, n), at, n_bytes);
+        at += n_bytes;
+    }
+    return true;
 }
 
 bool recordings_ping_viewer(const char *path, recordings_use *use, void *ctx)
@@ -126,9 +164,7 @@ bool recordings_ping_viewer(const char *path, recordings_use *use, void *ctx)
     const bool whole = data && fread(data, 1, size, file) == size;
     fclose(file);
     struct reader *r = reader_make(use, ctx);
-    const struct import_sink sink = {.ctx = r, .bytes = take_bytes, .problem = pass_over};
-    struct import_result result;
-    const bool read = whole && import_ping_viewer(data, size, &sink, &result);
+    const bool read = whole && read_log(r, data, data + size);
     free(r);
     free(data);
     return read;

@@ -7,28 +7,7 @@
 #include <string.h>
 
 #include "core/fault.h"
-#include "daemon/settings.h"
 #include "daemon/wiring.h"
-
-static const char basis[] = "[sonar a]\ndevice = ping360\nport = serial:/dev/null:115200\nrange = 12 m\n";
-
-static void print_fault(void *ctx, const char *message)
-{
-    (void)ctx;
-    fprintf(stderr, "scans: %s\n", message);
-    exit(1);
-}
-
-void scans_configure(const char *sections, struct conf *conf)
-{
-    struct conf_source *source;
-    char text[1024];
-
-    snprintf(text, sizeof text, "%s%s", basis, sections);
-    conf_load_text(conf, &source, &(struct conf_text){"basis", text, strlen(text)}, &settings_checks, print_fault,
-                   NULL);
-    conf_source_free(source);
-}
 
 struct pipeline *scans_start(const struct conf *conf, uint32_t beams)
 {
@@ -41,8 +20,10 @@ struct pipeline *scans_start(const struct conf *conf, uint32_t beams)
     p.max_beams = beams;
     p.max_samples = beams * p.max_bins;
     struct pipeline *pipeline = pipeline_new(&p, &fault);
-    if (!pipeline)
-        print_fault(NULL, fault.text);
+    if (!pipeline) {
+        fprintf(stderr, "scans: %s\n", fault.text);
+        exit(1);
+    }
     return pipeline;
 }
 

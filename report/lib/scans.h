@@ -12,9 +12,6 @@
 #include "grid/answer/answer.h"
 #include "sea.h"
 
-/** scans_configure - the shipped configuration with one Ping360 of 12 m range, and these sections. */
-void scans_configure(const char *sections, struct conf *conf);
-
 /** scans_start - the pipeline of a configuration, for pings of so many beams; pipeline_free ends it. */
 struct pipeline *scans_start(const struct conf *conf, uint32_t beams);
 

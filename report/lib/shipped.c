@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "daemon/wiring.h"
 #include "grid/range/extract.h"
 #include "grid/range/marks.h"
 #include "grid/range/own_echo.h"
@@ -22,13 +23,31 @@ const char *const shipped_knob_name = "min_contrast";
 const double shipped_knob[SHIPPED_KNOBS] = {8, 10, 12, 14, 17, 20, 25};
 const unsigned shipped_knob_default = 3;
 
+/* value: room for the text, which the row points to. */
+static struct knob row_of(double knob, char value[32])
+{
+    snprintf(value, 32, "%g dB", knob);
+    return (struct knob)KNOB_KEY("extract", shipped_knob_name, value);
+}
+
 struct shipped *shipped_make(double knob, uint32_t max_bins)
 {
-    struct extract_conf conf;
+    char value[32];
+    const struct knob row = row_of(knob, value);
+    struct extract_conf extract;
+    struct conf conf;
 
-    extract_defaults(&conf);
-    conf.min_contrast_db = knob;
-    return shipped_make_as(&conf, max_bins);
+    knob_conf(&row, &conf);
+    wiring_extract(&conf, 0, &extract);
+    return shipped_make_as(&extract, max_bins);
+}
+
+void shipped_configuration(double knob, char text[KNOB_TEXT_MAX])
+{
+    char value[32];
+    const struct knob row = row_of(knob, value);
+
+    knob_configuration(&row, text);
 }
 
 struct shipped *shipped_make_as(const struct extract_conf *conf, uint32_t max_bins)

@@ -9,6 +9,7 @@
 #include "grid/echoes.h"
 #include "grid/ping.h"
 #include "grid/range/extract.h"
+#include "knob.h"
 
 struct shipped;
 
@@ -23,6 +24,8 @@ extern const unsigned shipped_knob_default;
 /** shipped_make - of the heap, for beams of at most max_bins; ends the program with a sentence where that fails.
  * */
 struct shipped *shipped_make(double knob, uint32_t max_bins);
+/** shipped_configuration - what shipped_make runs, as knob.h has it. */
+void shipped_configuration(double knob, char text[KNOB_TEXT_MAX]);
 /** shipped_make_as - the same with another configuration. */
 struct shipped *shipped_make_as(const struct extract_conf *conf, uint32_t max_bins);
 void shipped_free(struct shipped *shipped);

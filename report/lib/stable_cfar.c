@@ -318,7 +318,7 @@ static void wrong_law(bool quick, struct stable_found *f)
             for (int look = 0; look < 4; look++)
                 power -= log(dice_uniform(&dice)) / 4;
             const double count = 10 + 90.0 * k / 400 + 10 * log10(power) * 255 / 80;
-            counts[i] = i < 16 ? 255 : (uint8_t)fmax(0, fmin(255, count + 0.5));
+            counts[i] = (uint8_t)(i < 16 ? 255 : fmax(0, fmin(255, count + 0.5)));
         }
         const struct ping ping = {.kind = PING_PROFILE,
                                   .law = AMPLITUDE_LINEAR,

@@ -25,6 +25,7 @@ BUILD = os.path.abspath(os.environ.get("BUILD", "build"))
 SONARD = os.path.join(BUILD, "sonard")
 SONARCTL = os.path.join(BUILD, "sonarctl")
 SIM = os.path.join(BUILD, "tests", "ping360_sim")
+os.environ["PATH"] = os.path.abspath("python") + ":" + os.environ["PATH"]  # sonarctl runs a tool of this tree
 
 
 def _sanitizer():

@@ -130,7 +130,7 @@ def programs(bench):
     """The other programs: every option that their help tells, at the start of a line as a program beside this file."""
     script = "source %s/completion/options.bash; _sonard_options \"$1\" \"$2\"; printf '%%s\\n' \"${COMPREPLY[@]}\"" % TOP
     tools = [os.path.join(os.path.dirname(SONARCTL), name) for name in ("sonard", "sonard-mavlink")]
-    for program in tools + [os.path.join(TOP, "python", name) for name in ("sonard-tune", "sonard-poses", "sonard-rosbag", "sonard-report")]:
+    for program in tools + [os.path.join(TOP, "python", name) for name in ("sonard-tune", "sonard-import", "sonard-poses", "sonard-rosbag", "sonard-report")]:
         told = set(re.findall(r"^ +(?:-\w, )?(--[a-z-]+)", bench.run(program, "--help").stdout, re.M))
         done = subprocess.run(["bash", "-c", script, "bash", program, "--"], capture_output=True, text=True, check=False)
         check(len(told) >= 3 and set(done.stdout.split()) == told, "%s: %s %s" % (program, done.stdout, done.stderr))

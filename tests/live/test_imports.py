@@ -59,9 +59,9 @@ def baud_rate_does_not_move_pings(bench):
 
 
 def dates_are_kept(bench):
-    """A capture has the date of the recording where that has one; a Ping-Viewer log counts from its start."""
+    """A capture has the date of the recording where that has one, in it or, as Ping-Viewer's, in its name."""
     for source, since, meaning in (("imagenex852-echosounder/19_26_51-*.852", "2016-11-18T19:29:10.170Z", "dates taken as UTC"),
-                                   ("ping360-openwater-pingviewer/20240814-094253162.bin", "1970-01-01T00:00:00", "counts from the start")):
+                                   ("ping360-openwater-pingviewer/20240814-094253162.bin", "2024-08-14T09:42:53.486Z", "date in the file's name taken as UTC")):
         capture, _ = imported(bench, recording(source))
         info = bench.run(SONARCTL, "capture", "info", capture).stdout
         check("time " + since in info and meaning in info, info)
@@ -278,7 +278,7 @@ def poses_of_a_tlog(bench):
     check(times == sorted(times) and 250 < times[-1] - times[0] < 270, "%g s" % (times[-1] - times[0]))
     capture, _ = imported(bench, recording("ping360-openwater-pingviewer/20240814-094253162.bin"))
     posed, done = add_pose(bench, capture, bench.write("poses.jsonl", "".join(json.dumps(line) + "\n" for line in lines)),
-                           "--offset", "%.6f" % -(times[0] - 0.1))
+                           "--offset", "%.6f" % -(times[0] - 1723628573.3))
     check(done.returncode == 0, done.stderr)
     seen, said = answers(bench, posed)
     check(seen[-1]["sectors"]["pose_age_s"] < 1 and "capture_pose" not in said and "/pose:" not in said, said)
@@ -305,7 +305,8 @@ def depths_of_a_tlog(bench):
 
 
 def poses_of_a_tlog_beside_a_viewer_log(bench):
-    """The name of a Ping-Viewer log is its date, in a time zone that nothing says but the tlog of the same dive."""
+    """The name of a Ping-Viewer log is its date, in a time zone that nothing says but the tlog of the same dive. An import that is told
+    the zone is dated as the tlog is."""
     def tlog(name, begin, seconds):
         data = b""
         for i in range(101):
@@ -329,10 +330,16 @@ def poses_of_a_tlog_beside_a_viewer_log(bench):
         done = bench.run("python/sonard-poses", "--beside", log, dive)
         check(done.returncode == 0 and "taken as UTC+3:30" in done.stderr, done.stderr)
         lines = [json.loads(line) for line in done.stdout.splitlines()]
-        check(abs(lines[0]["t_unix"]) < 1e-3 and abs(lines[0]["attitude_deg"][2] - math.degrees(0.25)) < 1e-3, str(lines[0]))
+        check(abs(lines[0]["t_unix"] - 1723624973) < 1e-3 and abs(lines[0]["attitude_deg"][2] - math.degrees(0.25)) < 1e-3, str(lines[0]))
         posed, done = add_pose(bench, capture, bench.write("poses.jsonl", "".join(json.dumps(line) + "\n" for line in lines)))
         check(done.returncode == 0, done.stderr)
         check(answers(bench, posed)[0][-1]["sectors"]["pose_age_s"] < 1, "the poses are of another time")
+        os.remove(capture)
+        os.remove(posed)
+        capture, told = imported(bench, log, "--zone", "3:30")
+        done = bench.run("python/sonard-poses", dive)
+        posed, done = add_pose(bench, capture, bench.write("poses.jsonl", done.stdout))
+        check(done.returncode == 0 and answers(bench, posed)[0][-1]["sectors"]["pose_age_s"] < 1, done.stderr)
         os.remove(capture)
         os.remove(posed)
     for begin, seconds, options, status, wanted in (
@@ -406,6 +413,43 @@ def unmeasured_positions_of_a_dataflash_log(bench):
         still = head + b"".join(place(s, 0, north if parts == "d" else north * s) for s in range(1, 13))
         seen, said = kept(bench, still, "--start", "0")
         check(seen == [(s, parts) for s in range(1, 13)] and told in said, (seen, said))
+
+
+def poses_of_the_recorder_of_blueos(bench):
+    """Documents on the topic mavlink/out, flags in any of their forms; what another component says, or is no number, is no pose."""
+    path, messages, start_ns = bench.path("blueos.mcap"), [], 1790000000 * 10**9
+
+    def say(second, kind, component=1, **fields):
+        o = {"header": {"system_id": 1, "component_id": component, "sequence": 0}, "message": {"type": kind, "time_boot_ms": 1000 * second, **fields}}
+        messages.append((1, start_ns + second * 10**9, json.dumps(o).encode()))
+
+    def turned(second, yaw, component=1):
+        say(second, "ATTITUDE", component, roll=0.0, pitch=0.1, yaw=yaw, rollspeed=0.0, pitchspeed=0.0, yawspeed=0.0)
+    say(0, "HEARTBEAT", 1, custom_mode=0, mavtype={"type": "MAV_TYPE_GCS"}, autopilot={"type": "MAV_AUTOPILOT_INVALID"})
+    turned(0, 1.0)
+    say(1, "HEARTBEAT", 1, custom_mode=0, mavtype={"type": "MAV_TYPE_SUBMARINE"}, autopilot={"type": "MAV_AUTOPILOT_ARDUPILOTMEGA"})
+    turned(1, math.pi / 2)
+    turned(2, 1.0, 154)  # a gimbal
+    turned(2, None)
+    messages.append((1, start_ns + 2 * 10**9, b"nonsense"))
+    messages.append((2, start_ns + 2 * 10**9, b"{}"))
+    for second, flags in ((3, 831), (4, {"bits": 167}), (5, "EKF_ATTITUDE | EKF_VELOCITY_HORIZ | EKF_VELOCITY_VERT | EKF_POS_HORIZ_ABS"), (6, "ESTIMATOR_CONST_POS_MODE")):
+        say(second, "EKF_STATUS_REPORT", flags=flags)
+        say(second, "LOCAL_POSITION_NED", x=1.0, y=second, z=3.0, vx=0.5, vy=0.0, vz=0.0)
+        say(second, "SCALED_PRESSURE2", press_abs=1600.0, press_diff=0.0, temperature=2000)
+        say(second, "SCALED_PRESSURE2", press_abs=1600.0, press_diff=0.0, temperature=2000)
+    made = MadeCapture(path, ("mavlink/out", "json"), ("video", "json"))
+    made.write(messages)
+    made.end()
+    done = bench.run("python/sonard-poses", "--surface-pressure", "1013.25", path)
+    poses = [json.loads(one) for one in done.stdout.splitlines()]
+    check(done.returncode == 0 and [p for p in poses if "attitude_deg" in p] == [{"t_unix": 1790000001.0, "attitude_deg": [0.0, 5.729578, 90.0]}], done.stdout + done.stderr)
+    check([p["position_m"] for p in poses if "position_m" in p] == [[1.0, 3, 3.0], [1.0, 5, 3.0]] and "left out 2 of 4 positions" in done.stderr, done.stdout + done.stderr)
+    check([p["depth_m"] for p in poses if "depth_m" in p] == [5.8373] * 4 and "bytes are no message" in done.stderr, done.stdout)
+    with open(path, "rb") as f:
+        whole = f.read()
+    done = bench.run("python/sonard-poses", bench.write("cut.mcap", whole[:len(whole) // 2]))
+    check(done.returncode in (0, 1) and "Traceback" not in done.stderr, done.stderr)
 
 
 def drag_of_a_coasting_vehicle(bench):
@@ -507,7 +551,7 @@ def poses_of_a_relay(bench):
 run([("poses_of_a_relay", poses_of_a_relay), ("poses_are_added_and_replayed", poses_are_added_and_replayed), ("poses_meet_a_capture_whose_clock_was_set", poses_meet_a_capture_whose_clock_was_set), ("a_log_has_one_clock_all_along", a_log_has_one_clock_all_along),
      ("a_later_segment_says_when_the_clock_was_set", a_later_segment_says_when_the_clock_was_set), ("poses_of_a_tlog", poses_of_a_tlog),
      ("depths_of_a_tlog", depths_of_a_tlog), ("poses_of_a_tlog_beside_a_viewer_log", poses_of_a_tlog_beside_a_viewer_log), ("poses_of_a_dataflash_log", poses_of_a_dataflash_log),
-     ("unmeasured_positions_of_a_dataflash_log", unmeasured_positions_of_a_dataflash_log), ("drag_of_a_coasting_vehicle", drag_of_a_coasting_vehicle), ("unmeasured_positions_of_a_tlog", unmeasured_positions_of_a_tlog),
+     ("unmeasured_positions_of_a_dataflash_log", unmeasured_positions_of_a_dataflash_log), ("poses_of_the_recorder_of_blueos", poses_of_the_recorder_of_blueos), ("drag_of_a_coasting_vehicle", drag_of_a_coasting_vehicle), ("unmeasured_positions_of_a_tlog", unmeasured_positions_of_a_tlog),
      ("constant_position_of_a_real_log", constant_position_of_a_real_log), ("text_dump", plays(os.path.abspath("tests/replay/box-head.txt"), "ping360")),
      ("ping_viewer", plays("ping360-openwater-pingviewer/20240814-094253162.bin", "ping360")),
      ("ping_viewer_at_60_m", plays("ping360-openwater-pingviewer/20240814-094407726.bin", "ping360, range = 50.0 m")),

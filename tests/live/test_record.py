@@ -203,4 +203,36 @@ def told(bench):
     check(kept >= max(1, pings - last["lost_messages"]), "%d of %d pings are in the file: %s" % (kept, pings, last))
 
 
-run([("same_answers", same_answers), ("killed", killed), ("paced", paced), ("told", told)], parallel=3, gate=("told",))
+def on_request(bench):
+    """Begins and ends when asked to: each time a file that is whole, with the configuration, and nothing in between."""
+    directory = bench.path("captures")
+    bench.sim(truth=True)
+    bench.conf(sonar={"step": "1.8 deg"}, record={"directory": directory, "start": "on_request"})
+    daemon = bench.sonard()
+    client = daemon.client()
+    record = lambda: client.call("status")["record"]
+    pings_until(client, 20)
+    waits = record()
+    check(waits["paused"] and not waits["recording"] and waits["messages"] == 0 == waits["lost_messages"], "before: %s" % waits)
+    check(not glob.glob(os.path.join(directory, "*.mcap")), "a file before anybody asked for one")
+    for turn in (1, 2):
+        bench.sonarctl("record", "start")
+        until(lambda: record()["recording"], "recording begins")
+        client.call("record_start")
+        before = record()["messages"]
+        until(lambda: record()["messages"] > before + 20, "more messages")
+        check("waits for" in bench.sonarctl("record", "stop").stdout, "sonarctl does not say that recording has ended")
+        until(lambda: record()["waiting_bytes"] == 0, "all is on disk")
+        last = record()
+        files = sorted(glob.glob(os.path.join(directory, "*.mcap")))
+        check(len(files) == turn == last["parts"] - 1 and last["lost_messages"] == 0 and last["error"] == "", "%s %s" % (files, last))
+        count = last["messages"]
+        pings_until(client, client.sensor()["pings"] + 10)
+        check(record()["messages"] == count, "messages are counted that nobody keeps")
+    daemon.stop()
+    for path in files:
+        info = bench.sonarctl("capture", "info", path)
+        check(info.returncode == 0 and "sonard.conf" in info.stdout and pings_of(bench, path) > 0, "%s: %s" % (path, info.stdout))
+
+
+run([("on_request", on_request), ("same_answers", same_answers), ("killed", killed), ("paced", paced), ("told", told)], parallel=3, gate=("told", "on_request"))

@@ -365,6 +365,31 @@ def beams_that_are_none(bench):
     check("2 pings" in read(places, shares, "--scale", "255")[1].stdout and "2 pings" in read(places, shares, "--scale", "1")[1].stdout, "with a scale")
 
 
+def sonar_echo(ros1, t_ns, angle, samples, range_m=10, n=500, speed=1500):
+    w = Writer(ros1).header(t_ns).put("f", angle).put("B", 1).put("H", n, 740, speed).put("B", range_m).put("I", len(samples))
+    w.out += samples
+    return w.done()
+
+
+def echoes_of_a_ping360(bench):
+    """A wall at 4 m to the left alone; the driver's angle grows to the left. What no Ping360 can have sent is left out."""
+    quiet = bytes([255] * 12 + [8 + (k * 13) % 5 for k in range(488)])
+    wall = quiet[:200] + b"\xdc" * 8 + quiet[208:]
+    for kind, options, azimuth in (("ping360_sonar_msgs/msg/SonarEcho", (), 270), ("my_msgs/msg/SonarEcho", ("--clockwise",), 90)):
+        definition = "std_msgs/Header header\nfloat32 angle\nuint8 gain\nuint16 number_of_samples\nuint16 transmit_frequency\nuint16 speed_of_sound\nuint8 range\nuint8[] intensities"
+        entries = [(0, START_NS + i * 60 * 10**6, sonar_echo(False, START_NS + i * 60 * 10**6, (i - 200) * math.pi / 200, wall if 250 <= i <= 350 else quiet)) for i in range(400)]
+        wrong = [sonar_echo(False, START_NS, *bad) for bad in ((0, b""), (math.nan, quiet), (0, quiet, 0), (0, quiet, 10, 0), (0, quiet, 10, 500, 0), (0, bytes(1287)),
+                                                               (0, quiet, 255, 1), (0, quiet, 1, 1200))]
+        bag = mcap_bag([("/scan_echo", kind, definition if "my" in kind else "")], entries + [(0, START_NS, w) for w in wrong])
+        capture, done = imported(bench, bench.write("x.mcap", bag), *options)
+        check("/scan_echo: 400 pings as [sonar scan_echo], device = ping360, range = 10.0 m; 8 messages left out" in done.stdout, done.stdout)
+        done = bench.run(SONARD, "--replay", capture, "--answers", "-")
+        sectors = {s["azimuth_deg"]: s for s in json.loads(done.stdout.splitlines()[-1])["sectors"]["sectors"]}
+        near = [a for a, s in sectors.items() if s["range_m"] is not None and 3.9 < s["range_m"] < 4.3]
+        check(near and all(abs(a - azimuth) <= 50 for a in near) and azimuth in near, "%s: %s" % (options, near))
+        os.remove(capture)
+
+
 def topics_of_one_name(bench):
     """A name that a topic has is not that of another one, whatever its number."""
     topics = [(t, SCAN, "") for t in ("/b/scan2", "/c/scan", "/d/scan", "/e/scan", "/f/scan1")]
@@ -652,5 +677,5 @@ run([("quay_10_m", same_lines("micron-quay-rosbag/2014-07-18-20-59-31.bag", "mic
      ("heading_of_the_head_is_no_pose", heading_of_the_head_is_no_pose), ("ros1_forms", ros1_forms), ("covariances_say_what_was_measured", covariances_say_what_was_measured), ("ros2_sqlite", ros2_sqlite),
      ("ros2_mcap", ros2_mcap), ("names_that_write_on_the_terminal", names_that_write_on_the_terminal), ("damaged_chunks", damaged_chunks), ("hostile_tables", hostile_tables), ("work_grows_with_the_file", work_grows_with_the_file), ("chunks_that_unpack_to_much", chunks_that_unpack_to_much), ("too_much", too_much),
      ("hostile_fields", hostile_fields), ("beams_that_are_none", beams_that_are_none),
-     ("topics_of_one_name", topics_of_one_name), ("refusals", refusals)], parallel=2,
-    gate=("tank", "heading_of_the_head_is_no_pose", "ros1_forms", "covariances_say_what_was_measured", "ros2_sqlite", "ros2_mcap", "names_that_write_on_the_terminal", "damaged_chunks", "hostile_tables", "work_grows_with_the_file", "chunks_that_unpack_to_much", "too_much", "hostile_fields", "beams_that_are_none", "topics_of_one_name", "refusals"))
+     ("topics_of_one_name", topics_of_one_name), ("echoes_of_a_ping360", echoes_of_a_ping360), ("refusals", refusals)], parallel=2,
+    gate=("tank", "heading_of_the_head_is_no_pose", "ros1_forms", "covariances_say_what_was_measured", "ros2_sqlite", "ros2_mcap", "names_that_write_on_the_terminal", "damaged_chunks", "hostile_tables", "work_grows_with_the_file", "chunks_that_unpack_to_much", "too_much", "hostile_fields", "beams_that_are_none", "topics_of_one_name", "echoes_of_a_ping360", "refusals"))

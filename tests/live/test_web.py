@@ -123,6 +123,9 @@ def settings(bench):
     check("token" in wrong["error"]["message"], "a wrong token is taken")
     check(content() == before and clear_for() == 21, "changed all the same")
     check(set_it("[grid] clear_for = 22 s")["result"]["applied"] and clear_for() == 22, "not after a wrong token")
+    for token, why in ((TOKEN, "folder"), ("", "token")):
+        error = page.ask("record", on=True, token=token)["error"]["message"]
+        check(why in error, "a recording, where none is configured, with the token '%s': %s" % (token, error))
     leaving = Page(web)
     leaving.say({"id": 1, "method": "settings", "params": {"text": "[map] voxel = 2 m", "token": TOKEN}})
     leaving.close()  # its change is refused, though nobody waits for the answer

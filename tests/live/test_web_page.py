@@ -85,9 +85,9 @@ RINGS = """(() => {
 RING = RINGS + ".map(([state]) => state)"
 
 
-def begun(bench, scene="box", pings=210, **sonar):
+def begun(bench, scene="box", pings=210, record=None, **sonar):
     bench.sim(scene=scene)
-    bench.conf(sonar=sonar, vehicle={"near": "0.8 m"}, extract={"no_echo": "range"})
+    bench.conf(sonar=sonar, vehicle={"near": "0.8 m"}, extract={"no_echo": "range"}, record=record or {})
     daemon = bench.sonard()
     client = daemon.client()
     web = Web(bench)
@@ -335,13 +335,23 @@ def for_pilot(bench):
 
 
 def settings(bench):
-    """The form says why nothing may be changed; with a token it changes a setting, and says what it does not know."""
-    daemon, client, _, browser = begun(bench, pings=5)
+    """The form says why nothing may be changed; with a token it changes a setting, and says what it does not know. The
+    pilot's button begins and ends a recording, with the token too."""
+    daemon, client, _, browser = begun(bench, pings=5, record={"directory": bench.path("captures"), "start": "on_request"})
+    recording = lambda: client.call("status")["record"]["recording"]
+
+    def press_record():
+        browser.do("click", selector="#tab-pilot")
+        until(lambda: not browser.eval("document.querySelector('#record').hidden"), "the button")
+        browser.do("press", selector="#record", key="Enter")
 
     def apply(text, token):
         browser.eval("document.querySelector('#settings').open = true")
         browser.eval("document.querySelector('#setting').value = %s; document.querySelector('#token').value = %s" % (json.dumps(text), json.dumps(token)))
         browser.do("click", selector="#settings button")
+    press_record()
+    until(lambda: "token" in browser.text("#record-said"), "what is missing: " + browser.text("#record-said"))
+    browser.do("click", selector="#tab-sonar")
     apply("[grid] clear_for = 21 s", "x")
     until(lambda: "--settings" in browser.text("#setting-said"), "the reason")
     os.mkdir(bench.path("sonard.conf.d"))
@@ -353,6 +363,12 @@ def settings(bench):
     apply("[grid] clear_for = 21 s", "a-token-for-the-tests")
     until(lambda: browser.text("#setting-said") == "Applied: [grid] clear_for = 21 s", "the change")
     check(client.call("status")["grids"][0]["clear_for_s"] == 21, "the daemon knows nothing of it")
+    press_record()
+    until(recording, "a recording: " + browser.text("#record-said"))
+    until(lambda: browser.text("#record").startswith("Recording sonard-"), "its name: " + browser.text("#record"))
+    browser.do("press", selector="#record", key="Enter")
+    until(lambda: not recording() and browser.text("#record") == "Record", "its end: " + browser.text("#record"))
+    browser.do("click", selector="#tab-sonar")
     daemon.process.send_signal(signal.SIGSTOP)
     apply("[grid] clear_for = 33 s", "a-token-for-the-tests")
     until(lambda: "not known" in browser.text("#setting-said"), "doubt")

@@ -228,12 +228,38 @@ def case_ping1d_profiles_show_an_echo_later(bench):
     check(ask(trip, 5)[1] == ["blocked"], "behind an echo of the profile")
 
 
+def case_ping1d_chooses_none_though_there_is_an_echo(bench):
+    """What it is not sure of does not block, and ends what was free."""
+    for sure in ("0", "30"):
+        for pings in (0, 1, 20):
+            trip = ping1d(bench)
+            trip.sonar("confidence " + sure)
+            trip.pings(5)
+            trip.sonar("echo 3" if pings else "echo 0")
+            trip.pings(pings)
+            free_m, states = ask(trip, 3.3, 5, 7.9)
+            told = "%s %%, %d pings with an echo at 3 m: free to %g m, %s" % (sure, pings, free_m, states)
+            check(states == ["unknown" if pings else "clear"] * 3, told)
+            check({0: 7.9, 1: 0, 20: 2.8}[pings] <= free_m <= {0: 8, 1: 0.8, 20: 3}[pings], told)
+
+
 def case_ping1d_without_profiles(bench):
     """Its distances cannot be checked, and it says so."""
     trip = ping1d(bench, "--without-profiles", "1", mode="request")
     check("cannot be checked" in trip.log(), trip.log())
     free_m, states = ask(trip, 9)
     check(7.9 - STEPS_M < free_m <= 8 and states == ["blocked"], "free to %g m, %s" % (free_m, states))
+
+
+def case_ping1d_is_not_sure_without_profiles(bench):
+    """A distance that it is not sure of does not block, and ends what was free: not the first one alone."""
+    for pings, state in ((1, "clear"), (2, "unknown"), (20, "unknown")):
+        trip = ping1d(bench, "--without-profiles", "1", mode="request")
+        trip.sonar("distance 3")
+        trip.sonar("confidence 30")
+        trip.pings(pings)
+        free_m, states = ask(trip, 3.3, 5, 7.9)
+        check(states == [state] * 3, "%d pings: free to %g m, %s" % (pings, free_m, states))
 
 
 run([(name[5:], function) for name, function in list(globals().items()) if name.startswith("case_")])

@@ -221,6 +221,22 @@ async function applySetting() {
     : answer.result.applied.length ? `Applied: ${answer.result.applied.join("; ")}` : "Nothing changed: it was so already, or the daemon does not read this file.";
 }
 
+// Begin a recording, or end it.
+async function recordOrStop() {
+  const said = $("record-said"), r = state.status && state.status.record;
+  if (!r) return;
+  const token = $("token").value;
+  if (!token) {
+    said.textContent = "Recording needs the token: enter it on the page Sonar, under Settings.";
+    return;
+  }
+  said.textContent = "…";
+  const answer = await ask("record", { on: r.paused, token });
+  said.textContent = answer.lost ? "The connection to sonard-web was lost: it is not known whether this was taken." : answer.error ? answer.error.message : "";
+  if (!answer.lost && !answer.error) state.status.record = answer.result;
+  show();
+}
+
 // What the daemon says to that comes with its next status.
 async function replay(params) {
   const answer = await ask("replay", params);
@@ -315,6 +331,7 @@ $("measure").addEventListener("click", () => { switchMeasure(!measure.on); $("ca
 $("shot").addEventListener("click", savePicture);
 $("sound").addEventListener("click", () => { pilot.switchSound(); watch(); });
 $("full").addEventListener("click", pilot.switchFullScreen);
+$("record").addEventListener("click", recordOrStop);
 $("tab-sonar").addEventListener("click", () => setTab("sonar"));
 $("tab-map").addEventListener("click", () => setTab("map"));
 $("distance").addEventListener("change", () => { watch(); show(); });

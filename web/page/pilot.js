@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // For the pilot: how fast the vehicle may go ahead and why, what is nearest, when it is met, and a sound when the speed drops.
-import { newest } from "./live.js";
+import { newest, state } from "./live.js";
 import { fill, make, pairs } from "./panels.js";
 import { fresh, view } from "./view.js";
 import * as words from "./words.js";
@@ -41,9 +41,19 @@ function showFacts() {
   ]), make("p", remedy ? `To go faster: ${remedy}.` : "", "muted"));
 }
 
+// Where no folder is configured nothing can be recorded.
+function showRecording() {
+  const r = fresh() && state.status && state.status.record, b = $("record");
+  b.hidden = !r;
+  if (!r) return;
+  b.setAttribute("aria-pressed", String(!r.paused));
+  b.textContent = r.paused ? "Record" : r.recording ? `Recording ${r.path.split("/").pop()}` : "Recording has stopped: see the warnings";
+}
+
 export function showPilot() {
   if (view.tab === "pilot" || sound.on) showSpeed();
   if (view.tab === "pilot") showFacts();
+  if (view.tab === "pilot") showRecording();
 }
 
 // ---- the sound ----

@@ -103,7 +103,8 @@ static void ping_begin(struct head *head, uint16_t angle, bool transmits, uint64
     head->shot.settings = head->settings;
     head->shot.settings.angle = angle;
     if (head->forced_range_m > 0.0)
-        ping360_set_range(&head->shot.settings, head->forced_range_m, head->conf.sound_speed_mps);
+        ping360_set_range(&head->shot.settings, head->forced_range_m, head->conf.sound_speed_mps,
+                          PING360_SAMPLES_MAX);
     head->shot.t_ns = now_ns + ns_of(shorter * head->conf.ms_per_gradian * 1e-3);
     head->due_ns = head->shot.t_ns;
     if (transmits)

@@ -141,7 +141,7 @@ TEST(every_key_of_the_table_is_judged)
         " depth.word_order depth.scale depth.offset depth.unit depth.surface_pressure depth.mount depth.rate"
         " depth.timeout depth.turnaround depth.resync depth.plausible depth.speed_limit nmea.use nmea.variation"
         " nmea.checksum gpio.chip gpio.leak_active gpio.leak_bias pipeline.queue realtime.processor_count"
-        " record.file_size record.files";
+        " record.file_size record.files record.start";
     char name[80], all[4000] = "";
     for (const struct conf_key *key = conf_keys; key->name; key++) {
         struct conf conf;

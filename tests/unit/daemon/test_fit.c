@@ -43,7 +43,7 @@ static const struct {
     /* how far off the beams are as high as the vehicle: 0.55 m / sin(9.5 deg) */
     {HEAD "[vehicle]\nnear = 1.5 m\n", "[vehicle] near = 1.5 m ends before 3.3 m"},
     {HEAD "[vehicle]\nnear = 3.4 m\n", NULL},
-    {HEAD "mount = 0 0 -0.4 m\n[vehicle]\nnear = 3.4 m\n", "set near = 5.8 m"},
+    {HEAD "mount = 0 0 -0.4 m\n[vehicle]\nheight = 0.8 m\nnear = 3.4 m\n", "set near = 6.7 m"},
     {HEAD "rotation = 180 0 30 deg\n[vehicle]\nnear = 1.5 m\n", "near"}, /* upside down is level, too */
     {HEAD "rotation = 90 0 0 deg\n[vehicle]\nnear = 1.5 m\n", NULL},
     {HEAD "aperture = 2 2 deg\n[vehicle]\nnear = 1.5 m\n", NULL}, /* never */
@@ -69,6 +69,17 @@ static const struct {
     {HEAD "[pose]\nheading_drift = 0.1 deg/s\n", NULL},
     {HEAD "[pose]\nheading_drift = 0.5 deg/s\n", "in the 30 s of clear_for that is 15 deg"},
     {HEAD "[grid]\nclear_for = 10 s\n[pose]\nheading_drift = 0.5 deg/s\n", NULL},
+    /* mounts outside of the vehicle */
+    {HEAD "mount = 0.3 0.2 -0.25 m\n", NULL},
+    {HEAD "mount = 0 0.45 0 m\n",
+     "[sonar a] mount = 0 0.45 0 m: outside of the vehicle, whose radius is 0.4 m; measure it "
+     "again, or set [vehicle] radius = 0.45 m at least"},
+    {HEAD "mount = 0.3 0.3 0 m\n", "set [vehicle] radius = 0.43 m at least"},
+    {HEAD "mount = 0 0 0.4 m\n",
+     "whose height is 0.5 m; measure it again, or set [vehicle] height = 0.8 m at least"},
+    {HEAD "mount = 20 0 0 m\n[vehicle]\nradius = 20 m\n", NULL},
+    {HEAD "[depth]\nsource = modbus-rtu:/dev/z:9600\nmount = 0 0 -0.3 m\n",
+     "[depth] mount = 0 0 -0.3 m: outside of the vehicle"},
     /* poses that are stale when they come */
     {HEAD "[pose]\ndelay = 0.9 0.5 s\n", NULL},
     {HEAD "[pose]\ndelay = 1 0 s\n", "[pose] delay = 1 s: every pose is older than max_age = 1 s"},

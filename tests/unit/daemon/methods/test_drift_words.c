@@ -25,6 +25,7 @@ void __wrap_source_stats(const struct source *source, struct source_stats *out)
 }
 
 static uint32_t sent;
+static bool turns; /* it is a head; else nobody says so, as of a fan */
 
 /* What the poses carry, and how fast the vehicle is bounded to be, level and up or down; negative: no bound comes. */
 static void go(uint32_t pings, unsigned has, double level_mps, double vertical_mps)
@@ -40,6 +41,8 @@ static void go(uint32_t pings, unsigned has, double level_mps, double vertical_m
         rig_send(&(struct rig_ping){.t_ns = loop_now(d.loop),
                                     .seq = sent + 1,
                                     .new_turn = sent % TURN_PINGS == 0,
+                                    .head_units = turns ? sent % TURN_PINGS : 0,
+                                    .head_turn = turns ? TURN_PINGS : 0,
                                     .az_rad = sent % TURN_PINGS * GEO_TURN / TURN_PINGS,
                                     .wide_deg = 3,
                                     .high_deg = 25});
@@ -59,6 +62,7 @@ static void set_vehicle(double keep_mps, double max_mps, double current_mps)
 static bool begin(double keep_mps, double max_mps, double current_mps)
 {
     sent = 0;
+    turns = true;
     if (!rig_start(CONF))
         return false;
     loop_advance(d.loop, 99 * SECOND);
@@ -147,6 +151,17 @@ TEST(before_the_first_turn_nothing_is_known_yet)
     rig_end();
 }
 
+/* A fan has no first scan: from its first ping on the drift is what is in the way. */
+TEST(a_fan_has_no_first_scan)
+{
+    CHECK(begin(AUTO, 1.5, -1));
+    turns = false;
+    go(12, POSE_ATTITUDE | POSE_DEPTH, -1, -1);
+    CHECK_STR(why_none_clear("ned"), said());
+    CHECK_STR(said(), "no position: 1.50 m/s of drift allowed for" SEND KEEP "0.05 m/s");
+    rig_end();
+}
+
 /* The figure behind a key is that which the drift has once the key is set. */
 TEST(what_current_would_change_comes_true)
 {
@@ -231,6 +246,7 @@ int main(void)
 {
     RUN(poses_without_position_and_velocity_are_named);
     RUN(before_the_first_turn_nothing_is_known_yet);
+    RUN(a_fan_has_no_first_scan);
     RUN(what_current_would_change_comes_true);
     RUN(a_vehicle_without_any_pose_is_not_fixed);
     RUN(why_there_is_no_bound_is_said);

@@ -53,7 +53,7 @@ TEST(without_a_velocity_it_scans_plainly)
     int pings[2];
     double wait_s[2];
     for (int steered = 0; steered < 2; steered++) {
-        start(steered ? ACTIVE : PLAIN_ASKED);
+        start(ACTIVE);
         rig.pose.has = POSE_ATTITUDE;
         run_until(rig.now_ns + 150 * SECOND, steered, NULL, 0);
         pings[steered] = rig.pings;
@@ -172,8 +172,8 @@ TEST(a_vehicle_that_drifts_looks_where_it_is_pushed_and_nowhere_else)
         rig.pose.drift_mps = 0.5;
         CHECK(active_sensing_sector(sphere_picture(rig.sphere), rig.now_ns, 30, &head, &look));
         CHECK(look.only);
-        CHECK_NEAR(geo_wrap_pi(look.from_rad + geo_rad(60) - geo_rad(row[i].want_deg)), 0, 0, 1e-6);
-        CHECK_NEAR(geo_wrap(look.to_rad - look.from_rad), geo_rad(120), 1e-9, 0);
+        CHECK_NEAR(geo_wrap_pi(look.from_rad + geo_rad(40) - geo_rad(row[i].want_deg)), 0, 0, 1e-6);
+        CHECK_NEAR(geo_wrap(look.to_rad - look.from_rad), geo_rad(80), 1e-9, 0);
         head.push = NULL;
         CHECK(!active_sensing_sector(sphere_picture(rig.sphere), rig.now_ns, 30, &head, &look));
     }

@@ -320,6 +320,57 @@ TEST(message_over_the_limit_is_lost_and_counted)
     remove_dir();
 }
 
+TEST(a_pause_completes_the_segment_and_the_next_one_goes_on)
+{
+    make_dir();
+    struct segments *segments = segments_open(&(struct segments_conf){.directory = dir,
+                                                                      .file_size = 1 << 24,
+                                                                      .files = 8,
+                                                                      .conf_text = CONF,
+                                                                      .conf_size = strlen(CONF),
+                                                                      .unix_offset_ns = UNIX_OFFSET,
+                                                                      .paused = true},
+                                              0, &fault);
+    const int rx = segments_channel(segments, "/front/rx", "octet-stream");
+    CHECK_STR(names(), "");
+    CHECK_INT(feed(segments, rx, 0, 10), 10);
+    CHECK_INT(segments_status(segments)->messages, 0);
+    segments_pause(segments, false, 0);
+    CHECK(segments_status(segments)->recording);
+    CHECK_INT(feed(segments, rx, 10, 10), 10);
+    segments_pause(segments, true, SECOND);
+    CHECK(!segments_status(segments)->recording);
+    CHECK_INT(feed(segments, rx, 20, 10), 10);
+    segments_pause(segments, false, SECOND);
+    CHECK_INT(feed(segments, rx, 30, 5), 5);
+    segments_close(segments);
+    CHECK_STR(names(), "sonard-20231114T221320Z-001.mcap sonard-20231114T221320Z-002.mcap");
+    const struct content first = read_part("sonard-20231114T221320Z-001.mcap"),
+                         second = read_part("sonard-20231114T221320Z-002.mcap");
+    CHECK(first.conf && second.conf);
+    CHECK_INT(first.messages, 10);
+    CHECK_INT(first.last, 19);
+    CHECK_INT(second.messages, 5);
+    CHECK_INT(second.last, 34);
+    remove_dir();
+}
+
+TEST(after_a_pause_a_folder_that_has_gone_is_made_again)
+{
+    make_dir();
+    struct segments *segments = open_segments(1 << 24, 8);
+    const int rx = segments_channel(segments, "/front/rx", "octet-stream");
+    segments_pause(segments, true, 0);
+    CHECK_STR(names(), "");
+    remove_dir();
+    segments_pause(segments, false, SECOND);
+    CHECK(segments_status(segments)->recording);
+    CHECK_INT(feed(segments, rx, 100, 1), 1);
+    CHECK_INT(segments_status(segments)->lost_messages, 0);
+    segments_close(segments);
+    remove_dir();
+}
+
 int main(void)
 {
     RUN(one_part_has_channels_configuration_and_unix_times);
@@ -331,5 +382,7 @@ int main(void)
     RUN(full_disk_stops_recording_and_it_starts_again);
     RUN(folder_is_made_or_the_fault_is_said);
     RUN(message_over_the_limit_is_lost_and_counted);
+    RUN(a_pause_completes_the_segment_and_the_next_one_goes_on);
+    RUN(after_a_pause_a_folder_that_has_gone_is_made_again);
     return test_end();
 }

@@ -384,6 +384,8 @@ TEST(parameters_of_every_type_are_checked)
         {number, "{\"x\":0}", ""},
         {number, "{\"x\":10.0}", ""},
         {number, "{\"x\":10.5}", "parameter 'x' is 10.5, expected a number from 0 to 10"},
+        {number, "{\"x\":10.0000000001}", "parameter 'x' is 10.0000000001, expected a number from 0 to 10"},
+        {number, "{\"x\":-1e-300}", "parameter 'x' is -1e-300, expected a number from 0 to 10"},
         {number, "{\"x\":-1}", "parameter 'x' is -1, expected a number from 0 to 10"},
         {number, "{\"x\":\"3\"}", "parameter 'x' is a string, expected a number from 0 to 10"},
         {number, "{\"x\":null}", "parameter 'x' is null, expected a number from 0 to 10"},

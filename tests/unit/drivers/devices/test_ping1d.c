@@ -566,6 +566,8 @@ TEST(unsure_readings_are_nothing_heard)
         hear(&conf, b, ping1d_encode_reading(b, sizeof(b), 1, &r));
         CHECK_INT(rig.pings, 1);
         CHECK_INT(rig.last_beam.range_m > 0.0f, row[i].heard);
+        const bool unsure = !row[i].heard && row[i].confidence > 0 && row[i].distance_mm > 0;
+        CHECK_INT(rig.last.flags & PING_UNHEARD, unsure ? PING_UNHEARD : 0);
     }
 }
 

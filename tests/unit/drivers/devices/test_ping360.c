@@ -376,18 +376,23 @@ static struct device_status status(void)
 
 TEST(settings_for_a_range)
 {
+    enum { MOST = PING360_SAMPLES_MAX, FEW = PING360_SAMPLES_FEW };
     static const struct {
         double range_m;
-        unsigned n, period, transmit_us;
+        unsigned n_most, n, period, transmit_us;
         double back_m;
     } row[] = {
-        {1, 667, 80, 5, 1.0005},        {2, 1200, 89, 11, 2.0025},        {10, 1200, 445, 53, 10.0125},
-        {20, 1200, 889, 107, 20.0025},  {50, 1200, 2223, 267, 50.0175},   {0.75, 500, 80, 5, 0.75},
-        {60, 1200, 2667, 320, 60.0075}, {200, 1200, 8889, 500, 200.0025}, {1.8, 1200, 80, 10, 1.8},
+        {1, MOST, 667, 80, 5, 1.0005},        {2, MOST, 1200, 89, 11, 2.0025},
+        {10, MOST, 1200, 445, 53, 10.0125},   {20, MOST, 1200, 889, 107, 20.0025},
+        {50, MOST, 1200, 2223, 267, 50.0175}, {0.75, MOST, 500, 80, 5, 0.75},
+        {60, MOST, 1200, 2667, 320, 60.0075}, {200, MOST, 1200, 8889, 500, 200.0025},
+        {1.8, MOST, 1200, 80, 10, 1.8},       {0.75, FEW, 500, 80, 5, 0.75},
+        {1, FEW, 640, 84, 6, 1.008},          {10, FEW, 640, 834, 53, 10.008},
+        {50, FEW, 640, 4167, 267, 50.004},    {6, FEW, 640, 500, 32, 6},
     };
     for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
         struct ping360_settings set = {0};
-        ping360_set_range(&set, row[i].range_m, 1500.0);
+        ping360_set_range(&set, row[i].range_m, 1500.0, row[i].n_most);
         CHECK_INT(set.n_samples, row[i].n);
         CHECK_INT(set.sample_period, row[i].period);
         CHECK_INT(set.transmit_us, row[i].transmit_us);
@@ -402,7 +407,7 @@ TEST(settings_are_legal_everywhere)
         double range_m = 0.75 + 199.25 * test_uniform(&rng) * test_uniform(&rng);
         double c = 1350.0 + 300.0 * test_uniform(&rng);
         struct ping360_settings s = {0};
-        ping360_set_range(&s, range_m, c);
+        ping360_set_range(&s, range_m, c, i % 2 ? PING360_SAMPLES_FEW : PING360_SAMPLES_MAX);
         double back_m = s.n_samples * ping360_sample_m(&s, c);
         if (s.n_samples < 200 || s.n_samples > 1200 || s.sample_period < 80 || s.sample_period > 40000 ||
             s.transmit_us < 5 || s.transmit_us > 500 ||
@@ -631,6 +636,19 @@ TEST(request_and_response)
         CHECK_INT(rig.ping_flags[i], i > 20 && (i - 1) % 20 == 0 ? PING_NEW_TURN : 0);
     }
     CHECK_INT(rig.n_asked, 201); /* the next is asked for at once */
+}
+
+TEST(a_steered_head_sends_fewer_samples)
+{
+    struct device_conf conf = usual_conf();
+    conf.steered = true;
+    rig_new(&conf);
+    rig_open();
+    run_to_ping(5, 60 * SEC);
+    CHECK_INT(rig.pings, 5);
+    CHECK_INT(rig.set.n_samples, PING360_SAMPLES_FEW);
+    CHECK_INT(rig.last.n_bins, PING360_SAMPLES_FEW);
+    CHECK_NEAR(status().range_m, 20.0, 0, 0.025);
 }
 
 TEST(ping_content)
@@ -1353,6 +1371,7 @@ int main(void)
     RUN(missing_angles_of_the_heads_own_scan);
     RUN(handshake_then_the_heads_own_scan);
     RUN(request_and_response);
+    RUN(a_steered_head_sends_fewer_samples);
     RUN(ping_content);
     RUN(a_head_with_settings_of_others_is_set_up_again);
     RUN(pings_of_the_settings_before_are_no_takeover);

@@ -1200,14 +1200,34 @@ TEST(a_choice_without_an_echo_blocks_and_frees_nothing)
     ping.flags = 0;
     axis[0].range_m = NAN;
     CHECK_INT(run()->state, BEAM_BLIND);
-    axis[0].range_m = 0; /* it chose none */
-    memset(bytes + 60, 6, 4);
+}
+
+/* What is not sure enough to be chosen is there all the same, in the profile. */
+TEST(what_a_device_did_not_choose_ends_free_water)
+{
+    begin_choice(8);
     memset(bytes + 160, 250, 5);
-    CHECK_INT(run()->state, BEAM_SILENT);
-    CHECK_NEAR(run()->free_to_m, 0.75, 1e-6, 0);
+    run();
+    CHECK(run()->free_to_m > 7.9f);
+    axis[0].range_m = 0;
+    for (int k = 0; k < 2; k++) { /* where it was */
+        CHECK(run()->free_to_m > 7.9f && found[0].free_to_m < 8);
+        CHECK_INT(found[0].n, 1);
+    }
+    memset(bytes + 60, 255, 4); /* 3 m */
+    CHECK_INT(run()->state, BEAM_ECHO);
+    CHECK_INT(found[0].n, 1);
+    CHECK(found[0].echo[0].range_m > 3 && found[0].echo[0].range_m < 3.2f);
+    CHECK(found[0].echo[0].flags == ECHO_FAINT && found[0].echo[0].confidence <= 0);
+    CHECK_NEAR(found[0].free_to_m, 0.75, 1e-6, 0); /* it may be noise */
+    CHECK(run()->free_to_m > 2.9f && found[0].free_to_m < 3);
+    memset(bytes + 60, 6, 4);
+    memset(bytes + 160, 6, 5);
+    CHECK_INT(run()->state, BEAM_SILENT); /* nor is one in the profile */
+    CHECK(found[0].n == 0 && found[0].free_to_m <= found[0].blind_m);
     memset(bytes + 12, 255, 2); /* 0.6 m */
     run();
-    CHECK(found[0].n == 0 && found[0].free_to_m <= found[0].blind_m);
+    CHECK(found[0].n == 1 && found[0].free_to_m <= found[0].blind_m);
 }
 
 /* From the first ping on, and for however long. */
@@ -1428,6 +1448,7 @@ int main(void)
     RUN(what_a_device_chose_is_free_as_far_as_its_profile_shows);
     RUN(a_choice_in_noise_hardly_ever_frees_water);
     RUN(a_choice_without_an_echo_blocks_and_frees_nothing);
+    RUN(what_a_device_did_not_choose_ends_free_water);
     RUN(something_near_is_not_learnt_as_the_ring_down);
     RUN(what_may_be_the_second_bounce_off_something_too_near_frees_nothing);
     RUN(settings_may_change_between_pings);

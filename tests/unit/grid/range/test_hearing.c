@@ -38,7 +38,7 @@ static void ring(uint8_t *sample, double loud, double full_m)
 {
     for (int i = 0; i < BINS; i++) {
         const double count = loud * fmin(1.0, exp(-(i * 0.01 - full_m) / 0.04));
-        sample[i] = count > sample[i] ? (uint8_t)count : sample[i];
+        sample[i] = (uint8_t)(count > sample[i] ? count : sample[i]);
     }
 }
 

@@ -88,6 +88,50 @@ TEST(one_obstacle_may_leave)
     CHECK(lost.doubt == false);
 }
 
+/* Turns of a head at a wall at 3 m all around, in steps of 0.9 degrees; one look of `of` hears, `level` strong. Returns
+ * the doubted ones of the last turn. */
+static int turns_that_hear(int turns, unsigned of, float level, double range_m, uint64_t *seed)
+{
+    int doubted = 0;
+    for (int k = 0; k < turns * 400; k++) {
+        look(&beam[0], 0.9 * (k % 400), test_uniform(seed) * of < 1 ? range_m : 0);
+        beam[0].echo[0].level = level;
+        ping.turns = true;
+        doubted += run(1) && k >= 400 * (turns - 1);
+    }
+    return doubted;
+}
+
+/* What has left does not come back to where it was. */
+TEST(a_receiver_that_hears_now_and_then_is_doubted)
+{
+    static const unsigned of[] = {10, 20};
+    for (size_t i = 0; i < sizeof of / sizeof of[0]; i++) {
+        uint64_t seed = test_seed();
+        begin();
+        CHECK_INT(turns_that_hear(2, 1, 100, 3, &seed), 0);
+        turns_that_hear(5, of[i], 100, 3, &seed);
+        CHECK_INT(turns_that_hear(1, of[i], 100, 3, &seed), 400);
+        turns_that_hear(8, 1, 100, 3, &seed); /* it hears again */
+        CHECK_INT(turns_that_hear(1, 1, 100, 3, &seed), 0);
+    }
+    uint64_t seed = test_seed();
+    begin();
+    turns_that_hear(2, 1, 1, 3, &seed); /* weak ones may come and go */
+    CHECK(turns_that_hear(3, 10, 1, 3, &seed) < 100);
+    begin();
+    turns_that_hear(2, 1, 100, 3, &seed); /* something else came */
+    turns_that_hear(1, 20, 100, 5, &seed);
+    CHECK(turns_that_hear(1, 20, 100, 7, &seed) < 200);
+    begin();
+    turns_that_hear(2, 1, 100, 3, &seed);
+    for (int k = 0; k < 4; k++) { /* who moves expects nothing */
+        pose.position_m[0] += 1;
+        CHECK(turns_that_hear(1, 20, 100, 3, &seed) < 200);
+    }
+    ping.turns = false;
+}
+
 TEST(who_has_moved_expects_nothing)
 {
     static const struct {
@@ -332,6 +376,7 @@ int main(void)
     RUN(beams_of_a_fan_miss_their_own_echoes);
     RUN(echoes_that_are_gone_on_all_sides_are_a_doubt_until_the_next);
     RUN(one_obstacle_may_leave);
+    RUN(a_receiver_that_hears_now_and_then_is_doubted);
     RUN(who_has_moved_expects_nothing);
     RUN(only_what_was_shown_is_missed);
     RUN(a_fan_that_loses_all_at_once_is_doubted);

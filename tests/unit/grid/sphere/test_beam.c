@@ -169,7 +169,7 @@ TEST(no_place_is_free_farther_from_the_sensor_than_its_part_reaches)
         const struct beam_opening own = beam_opening(
             geo_rad(4 + 60 * test_uniform(&seed)), geo_rad(8 + 60 * test_uniform(&seed)), rings.height_rad, false);
         const double to_m = 1 + 9 * test_uniform(&seed), side_m = to_m * test_uniform(&seed);
-        const struct beam_water water = {0.3, to_m, side_m, 0.5, side_m * test_uniform(&seed)};
+        const struct beam_water water = {0.3, to_m, side_m, 0.5, side_m * test_uniform(&seed), true};
         const double lever_m = i % 4 * 4 * test_uniform(&seed);
         double turn[4], origin[3];
         quat_from_rpy(6 * test_uniform(&seed), 3 * test_uniform(&seed) - 1.5, 6 * test_uniform(&seed), turn);

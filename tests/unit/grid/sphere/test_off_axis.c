@@ -140,7 +140,7 @@ TEST(a_target_at_the_edge_of_a_beam_is_not_passed_over)
 {
     static const struct {
         double down_db, el_deg;
-    } row[] = {{0, 0}, {3, 7}, {6, 10.5}};
+    } row[] = {{0, 0}, {3, 7}, {6, 9.5}};
     for (int noise_db = -44; noise_db <= -40; noise_db += 4)
         for (size_t k = 0; k < sizeof row / sizeof row[0]; k++) {
             const struct passed n = pass_over(noise_db, row[k].down_db, row[k].el_deg);
@@ -252,6 +252,39 @@ TEST(an_echo_ends_older_water_at_the_edge_too)
     CHECK(ask_at(13, 0) < 5.1 && ask_at(13, 0) > 4.8);
 }
 
+/* An obstacle at az_deg, at_m away, and then a beam ahead that shows nothing, many times. */
+static enum answer_state missed_at(double az_deg, double at_m)
+{
+    const struct answer_query q = {.az_rad = geo_rad(az_deg), .distance_m = 9, .half_angle_rad = geo_rad(0.3)};
+    struct answer a;
+    begin_nested(30);
+    for (int i = 0; i < 3; i++) {
+        beam.free_to_m = (float)at_m - 0.05f;
+        beam.n = 1;
+        beam.state = BEAM_ECHO;
+        beam.echo[0] = (struct echo){
+            .range_m = (float)at_m, .near_m = (float)at_m - 0.05f, .sd_m = 0.01f, .confidence = 0.9f};
+        send(az_deg, 0);
+    }
+    beam.free_to_m = 10;
+    beam.n = 0;
+    beam.state = BEAM_SILENT;
+    for (int i = 0; i < 30; i++)
+        send(0, 0);
+    answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
+    return a.state;
+}
+
+/* Only where this very beam would have received its echo. */
+TEST(what_a_beam_would_not_hear_it_does_not_take_away)
+{
+    CHECK_INT(missed_at(13, 2.5), ANSWER_UNKNOWN);
+    CHECK_INT(missed_at(13, 5), ANSWER_BLOCKED);
+    CHECK_INT(missed_at(7, 5), ANSWER_UNKNOWN);
+    CHECK_INT(missed_at(7, 8), ANSWER_BLOCKED);
+    CHECK_INT(missed_at(1, 8), ANSWER_CLEAR);
+}
+
 /* Past the end of what was seen from afar, within the beam: between here and there nothing was. */
 TEST(water_beyond_what_a_beam_detects_is_not_free_from_behind_its_end)
 {
@@ -273,12 +306,130 @@ TEST(water_beyond_what_a_beam_detects_is_not_free_from_behind_its_end)
     CHECK_INT(a.state, ANSWER_UNKNOWN);
 }
 
+/* ---- rows of beams ---- */
+
+#define ROW_BEAMS  64
+#define ROW_WORLDS 150
+#define ROW_ASKED  24
+
+/* Beams side by side, from a head or a fan that is turned anyhow. */
+struct row {
+    struct mount mount;
+    double step_rad, first_rad;
+    uint16_t n;
+    bool fan;
+};
+
+static struct beam_echoes row_beam[ROW_BEAMS];
+
+static double between(uint64_t *seed, double low, double high)
+{
+    return low + (high - low) * test_uniform(seed);
+}
+
+/* Its beams are narrower or wider than the grid's cells, and apart by less or by all of their width. */
+static struct row random_row(uint64_t *seed, double cell_deg)
+{
+    const double wide_deg = cell_deg * between(seed, 0.3, 3), high_deg = between(seed, 2 * cell_deg, 40);
+    struct row row = {.step_rad = geo_rad(wide_deg * between(seed, 0.2, 1)), .fan = test_random(seed) % 2};
+    const double roll = test_random(seed) % 3 ? 0 : GEO_TURN * test_uniform(seed);
+    quat_from_rpy(roll, geo_rad(between(seed, -20, 20)), GEO_TURN * test_uniform(seed), row.mount.attitude);
+    row.n = (uint16_t)fmin(ROW_BEAMS, ceil(geo_rad(6 * fmax(cell_deg, wide_deg)) / row.step_rad));
+    row.first_rad = -(row.n - 1) * row.step_rad / 2;
+    ping = (struct echoes){.t_ns = SECOND,
+                           .range_max_m = 12,
+                           .az_aperture_rad = (float)geo_rad(wide_deg),
+                           .el_aperture_rad = (float)geo_rad(high_deg),
+                           .pose = pose_identity,
+                           .max_beams = ROW_BEAMS,
+                           .turns = !row.fan};
+    ping.pose.has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH;
+    for (int i = 0; i < row.n; i++)
+        row_beam[i] = (struct beam_echoes){.az_rad = (float)(row.first_rad + i * row.step_rad),
+                                           .blind_m = 0.5f,
+                                           .free_to_m = 8,
+                                           .off_axis = true,
+                                           .side_to_m = 5,
+                                           .edge_from_m = 0.5f,
+                                           .edge_to_m = 3,
+                                           .state = BEAM_SILENT};
+    return row;
+}
+
+static void send_row(const struct row *row)
+{
+    for (int i = 0; i < (row->fan ? 1 : row->n); i++) {
+        ping.t_ns += SECOND / 20;
+        ping.seq++;
+        ping.n_beams = row->fan ? row->n : 1;
+        ping.beam = &row_beam[i];
+        sphere_enter(sphere, &ping, &row->mount);
+    }
+    now = (struct answer_now){.now_ns = ping.t_ns, .pose_fresh = true, .pose = ping.pose};
+}
+
+/* How far along a direction of the sensor the row detects the target: by the beam nearest to it. All of a beam's
+ * opening counts as its edge, its corners, too. */
+static double heard_m(const struct row *row, double az_rad, double el_rad)
+{
+    double aside = INFINITY;
+    const double upward = fabs(el_rad) / ((double)ping.el_aperture_rad / 2);
+    for (int i = 0; i < row->n; i++)
+        aside = fmin(aside,
+                     fabs(geo_wrap_pi(az_rad - (double)row_beam[i].az_rad)) / ((double)ping.az_aperture_rad / 2));
+    const double share = hypot(aside, upward) - 1e-3;
+    return share <= BEAM_AXIS_SHARE ? 8 : share <= BEAM_SIDE_SHARE ? 5 : aside <= 1.001 && upward <= 1.001 ? 3 : 0;
+}
+
+/* Whatever the row is like, and whether its beams are entered one by one or made anew when the centre has moved. */
+TEST(between_the_axes_of_neighbouring_beams_no_more_is_free_than_they_hear)
+{
+    uint64_t seed = test_seed();
+    unsigned asked = 0, beyond = 0;
+    double free_m = 0, truth_m = 0;
+    for (int world = 0; world < ROW_WORLDS; world++) {
+        const double cell_deg = between(&seed, 1.5, 6);
+        struct sphere_conf conf = grid_conf;
+        conf.angular_step_rad = geo_rad(cell_deg);
+        conf.recentre_m = 0.001;
+        rig_sphere(&conf);
+        const struct row row = random_row(&seed, cell_deg);
+        send_row(&row);
+        if (world % 2) {
+            now.pose.t_ns = ping.t_ns;
+            now.pose.position_m[0] = 0.0015;
+            sphere_follow(sphere, &now.pose);
+        }
+        for (int i = 0; i < ROW_ASKED; i++) {
+            const double az = row.first_rad + row.step_rad * between(&seed, 0, row.n - 1),
+                         el = between(&seed, -0.55, 0.55) * (double)ping.el_aperture_rad;
+            double v[3], u[3];
+            struct answer a;
+            struct answer_query q = {.distance_m = 9, .half_angle_rad = geo_rad(0.001)};
+            geo_direction(az, el, v);
+            quat_rotate(row.mount.attitude, v, u);
+            geo_angles(u, &q.az_rad, &q.el_rad);
+            answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
+            const double heard = heard_m(&row, az, el);
+            asked++;
+            beyond += a.free_to_m > heard + 0.02;
+            free_m += fmax(a.free_to_m - 0.5, 0);
+            truth_m += fmax(heard - 0.5, 0);
+        }
+    }
+    printf("# %u directions, beyond what is heard: %u; free %.1f of %.1f m\n", asked, beyond, free_m, truth_m);
+    CHECK(beyond <= asked / 1000); /* a corner of a cell that is turned against the beam, beside the last one */
+    CHECK(free_m > 0.5 * truth_m);
+}
+
 int main(void)
 {
     RUN(a_target_at_the_edge_of_a_beam_is_not_passed_over);
     RUN(off_its_axis_a_beam_frees_no_more_than_it_detects_there);
     RUN(beside_its_axis_a_beam_frees_no_more_than_it_detects_there);
     RUN(an_echo_ends_older_water_at_the_edge_too);
+    RUN(what_a_beam_would_not_hear_it_does_not_take_away);
     RUN(water_beyond_what_a_beam_detects_is_not_free_from_behind_its_end);
+    RUN(between_the_axes_of_neighbouring_beams_no_more_is_free_than_they_hear);
     return test_end();
 }

@@ -90,7 +90,7 @@ static void clear_one(const struct beam *b, uint32_t d)
     struct beam_water water = beam_water_alike(from_m, to_m), farther = water;
     struct stretch st, beyond;
     if (frees && h->off_axis)
-        water = (struct beam_water){from_m, to_m, h->side_to_m, h->edge_from_m, h->edge_to_m};
+        water = (struct beam_water){from_m, to_m, h->side_to_m, h->edge_from_m, h->edge_to_m, true};
     farther.from_m = fmax(from_m, 0.1);
     if (!beam_stretch(b, cell, &ray, &water, &st))
         return;

@@ -106,20 +106,23 @@ TEST(neighbours_of_a_fan_are_free_where_all_of_them_are)
     CHECK(a.ends_at_echo);
 }
 
-/* Sides that overlap are one, axes that leave a gap are none. */
-TEST(parts_of_neighbours_that_touch_are_joined)
+/* Rows that touch are one, about the middle of both; where they leave a gap there is none. */
+TEST(rows_of_neighbours_that_touch_are_joined)
 {
-    struct wedge a = {.half_az_rad = 0.01f, .part_az_rad = {0.0025f, 0.007f}, .side_to_m = 8, .edge_to_m = 7};
-    const struct wedge b = {.az_rad = 0.01f,
-                            .half_az_rad = 0.01f,
-                            .part_az_rad = {0.0025f, 0.007f},
-                            .side_to_m = 6,
-                            .edge_from_m = 0.5f,
-                            .edge_to_m = 3};
+    const struct beam_row row = {
+        .half_az_rad = 0.01f, .left_rad = 0.005f, .right_rad = 0.005f, .seam_rad = 0.005f};
+    const struct wedge alone = {.half_az_rad = 0.01f, .row = row, .side_to_m = 8, .edge_to_m = 7};
+    const struct wedge b = {
+        .az_rad = 0.01f, .half_az_rad = 0.01f, .row = row, .side_to_m = 6, .edge_from_m = 0.5f, .edge_to_m = 3};
+    struct wedge a = alone, apart = alone;
     CHECK(wedges_join(&a, &b, 0.04));
-    CHECK(a.part_az_rad[BEAM_AXIS] == 0);
-    CHECK_NEAR(a.part_az_rad[BEAM_SIDE], 0.012, 1e-6, 0);
+    CHECK(a.row.several);
+    CHECK_NEAR(a.row.left_rad, 0.01, 1e-6, 0);
+    CHECK_NEAR(a.row.right_rad, 0.01, 1e-6, 0);
     CHECK(a.side_to_m == 6 && a.edge_from_m == 0.5f && a.edge_to_m == 3);
+    apart.az_rad = -0.005f;
+    CHECK(wedges_join(&apart, &b, 0.04));
+    CHECK(apart.row.left_rad == 0 && apart.row.right_rad == 0);
 }
 
 int main(void)
@@ -129,6 +132,6 @@ int main(void)
     RUN(of_fans_from_one_place_the_newest_is_kept_unless_an_echo_would_go);
     RUN(what_is_forgotten_is_gone);
     RUN(neighbours_of_a_fan_are_free_where_all_of_them_are);
-    RUN(parts_of_neighbours_that_touch_are_joined);
+    RUN(rows_of_neighbours_that_touch_are_joined);
     return test_end();
 }
