@@ -21,7 +21,7 @@ void ping360_set_range(struct ping360_settings *set, double range_m, double soun
 
     set->n_samples = (uint16_t)n;
     set->sample_period = (uint16_t)period;
-    /* A pulse that grows with the range; of whole microseconds, and no shorter than 2.5 samples, as its maker has it. */
+    /* A pulse that grows with the range; of whole microseconds, no shorter than 2.5 samples, as its maker has it. */
     const double least_us = ceil(2.5 * period * PING360_TICK_S * 1e6 - hair);
     set->transmit_us = (uint16_t)fmin(fmax(round(8000.0 * range_m / sound_speed_mps), fmax(least_us, 5.0)), 500.0);
 }

@@ -26,7 +26,7 @@
 /*
  * So many tell what a pulse does: its length T is 0.4 % of the range, 2.6 samples lie in it, and its spectrum up to the
  * first zero, 1 / T, is below half the sample rate. Steps between samples add 0.16 % / sqrt(12) of the range to the
- * error of an echo's, 5 mm at 10 m. They take half the line's time of all samples: 58 ms in place of 106 at 115200 baud.
+ * error of an echo's, 5 mm at 10 m. They take half the line's time of all samples: 58 ms, not 106, at 115200 baud.
  */
 #define PING360_SAMPLES_FEW 640
 #define PING360_PERIOD_MIN  80

@@ -151,7 +151,7 @@ static void end_pass(struct lost_echo *l)
 
     if (l->pass.looks < PASS_LOOKS)
         return;
-    r->back -= r->back > 0;
+    r->back = l->pass.silent > 0 && r->back > 0 ? r->back - 1 : 0; /* heard by every look: it hears */
     r->gone |= l->pass.silent == l->pass.looks && r->range_m > 0.0f;
 }
 

@@ -38,7 +38,7 @@ struct lost_echo_return {
     float range_m;    /* 0: there was none */
     bool gone;        /* a whole pass showed nothing since */
     uint64_t back_ns; /* when it last was there again after that ... */
-    uint32_t back;    /* ... which counts for so many passes more */
+    uint32_t back;    /* ... which counts for so many passes more, or until each look of one has an echo */
 };
 
 /* Of a head, through the part that it is in. */
@@ -66,7 +66,7 @@ struct lost_echo {
  *
  * A receiver that hears one ping in twenty has such an echo all the while. But what has left does not come back to
  * where it was: strong echoes in six parts of a head that a whole pass of it did not show, and that are there again at
- * the same range, are a doubt for eight passes. O(beams).
+ * the same range, are a doubt for eight passes, or until every look of a pass has an echo. O(beams).
  */
 bool lost_echo_run(struct lost_echo *l, struct echoes *echoes);
 

@@ -66,15 +66,15 @@ def crossing(bench):
 
 
 def ring_down(bench):
-    """The learned ring-down ends a bin later from about 6 s on. That bin grows old, and not the water behind it."""
-    clear_for_s, sweep_s = 4.0, 2.0
-    bench.conf(sonar={"sector": "315 45 deg"}, grid={"clear_for": "%g s" % clear_for_s, "forget": "%g s" % clear_for_s})
+    """The learned ring-down ends a bin later from about 12 s on. That bin grows old, and not the water behind it."""
+    clear_for_s, sweep_s = 4.0, 2.4
+    bench.conf(sonar={"sector": "326 22 deg", "step": "0.9 deg"}, grid={"clear_for": "%g s" % clear_for_s, "forget": "%g s" % clear_for_s})
     trip = ping360(bench, "--ghost", "0", scene=bench.write("beside", "pile 5 -2 0.4 0 0.5\n"))
     trip.run(16)
     at = trip.moments()
     begins = set()
-    # The pile has left this direction. Its cell lies within the sides of beams, which are 1.8 degrees apart. At 330 the
-    # edge of one counts as well; it begins a bin later, where the ring-down ends alike in all of these sweeps.
+    # The pile has left this direction. Between beams of 2 degrees, 0.9 apart, their sides count. At the edge of the row
+    # free space begins a bin later, where the ring-down ends alike in all of these sweeps.
     for half_s in range(12, 32):
         told = at(half_s / 2).call("explain", azimuth_deg=329, distance_m=7, half_angle_deg=0.5)
         answer, oldest = told["answer"], told["directions"]["oldest"]
