@@ -40,7 +40,7 @@ rule grid/water "grid/$own" $fault
 # the picture is published as everything between threads is: core/snapshot.h is a header of pure functions, with no archive behind it
 rule grid/picture "grid/$own" $fault 'core/snapshot\.h'
 rule grid/sphere "grid/$own" "grid/picture/$own" $fault
-rule grid/answer "grid/$own" "grid/picture/$own" 'grid/sphere/clusters\.h' $fault
+rule grid/answer "grid/$own" "grid/picture/$own" "grid/water/$own" 'grid/sphere/clusters\.h' $fault
 rule drivers/ports $fault
 rule drivers/gpio $fault
 rule drivers/nmea 'grid/geometry\.h'

@@ -35,6 +35,8 @@ static bool read_sector(const json_t *object, double near_m, struct mavlink_sect
         *sector = (struct mavlink_sector){.state = (enum mavlink_sector_state)i,
                                           .range_m = json_number_value(range),
                                           .free_to_m = json_number_value(free_to)};
+        if (i == MAVLINK_SECTOR_UNKNOWN && json_is_number(range)) /* an echo beyond what was asked about */
+            sector->state = MAVLINK_SECTOR_BLOCKED;
         if (!json_is_number(blind_to) || json_number_value(blind_to) > near_m)
             doubt(sector);
         *age_s = json_is_number(age) ? json_number_value(age) : -1;

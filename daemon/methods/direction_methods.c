@@ -8,6 +8,7 @@
 #include "query_context.h"
 #include "reason.h"
 #include "reference.h"
+#include "verdict_job.h"
 #include "json_units.h"
 
 #include <math.h>
@@ -55,21 +56,48 @@ void direction_query(const json_t *params, struct answer_query *query)
                                    .radius_m = params_number(params, "radius_m")};
 }
 
-bool method_blocked(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
+static void drop_job(void *state)
+{
+    verdict_job_end(state);
+    free(state);
+}
+
+/* Kept with the request; NULL: there is no such grid, or no memory. To begin it takes a look at the whole picture: what
+ * the records say is another part of the answer. */
+static struct verdict_job *new_job(const struct rpc_call *call, json_t *params, struct rpc_error *error)
 {
     struct methods_env *d = call->daemon;
-    struct answer_query q;
     struct grid *grid = grid_asked(d, params, error);
-    struct answer a;
-    if (!grid)
-        return false;
-    direction_query(params, &q);
-    const struct answer_now now = query_now(d);
-    const struct answer_conf limits = grid_limits(grid);
-    q.near_m = query_near_m(d);
-    answer_direction(grid_picture(grid), &limits, &now, &q, &a);
-    direction_answer(d, out, &now, &limits, &q, &a);
+    struct verdict_job *job = grid ? calloc(1, sizeof *job) : NULL;
+    if (grid && !job)
+        rpc_refuse(error, RPC_INTERNAL_ERROR, "no memory for the question");
+    if (!job)
+        return NULL;
+    job->d = d;
+    job->grid = grid;
+    rpc_work_keep(call->work, job, drop_job);
+    return job;
+}
+
+static bool write_blocked(const struct rpc_call *call, struct json_out *out, struct rpc_error *error)
+{
+    struct verdict_job *job = call->work->state;
+    (void)error;
+    if (verdict_job_step(job))
+        return rpc_continue(call, write_blocked);
+    direction_answer(job->d, out, &job->now, &job->limits, &job->query.line, verdict_of(&job->verdict, 0));
     return true;
+}
+
+bool method_blocked(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
+{
+    (void)out;
+    struct verdict_job *job = new_job(call, params, error);
+    if (!job)
+        return false;
+    direction_query(params, &job->query.line);
+    verdict_job_begin(job);
+    return rpc_continue(call, write_blocked);
 }
 
 static void write_sector(struct json_out *out, const struct answer *a, double azimuth_deg, double width_deg)
@@ -85,92 +113,98 @@ static void write_sector(struct json_out *out, const struct answer *a, double az
     json_out_close(out, '}');
 }
 
+/* Water that a sonar hears as far as it can is known to the vehicle's middle from where the sonar sits, and to the
+ * next of the ranges at which water is divided. */
+static double heard_m(const struct methods_env *d, struct grid *grid)
+{
+    struct picture_frame frame;
+    double lever_m = 0;
+    picture_get_frame(grid_picture(grid), &frame);
+    for (int i = 0; i < d->conf.n_sonars; i++)
+        lever_m = fmax(lever_m, geo_length(d->mount[i].position_m));
+    return frame.pings ? fmax(frame.range_max_m - lever_m - 4 * WATER_GRID_M, WATER_GRID_M) : INFINITY;
+}
+
 /* How far the sectors are judged: as asked, as far as the sonars hear, or as far as it matters. */
 static double sectors_reach_m(const struct methods_env *d, struct grid *grid, const json_t *params)
 {
-    struct picture_frame frame;
-    picture_get_frame(grid_picture(grid), &frame);
+    const double most_m = heard_m(d, grid), look_m = query_look_ahead_m(d);
     if (!params_has(params, "distance_m"))
-        return fmin(query_look_ahead_m(d), frame.pings ? frame.range_max_m : INFINITY);
+        return fmin(look_m, most_m);
     const double asked_m = params_number(params, "distance_m");
-    return asked_m > 0 ? asked_m : frame.range_max_m;
+    return asked_m > 0 ? asked_m : isfinite(most_m) ? most_m : look_m;
 }
 
 /* Why not one of them is clear; null: one is, or all are as they are for reasons of their own. */
-static void write_why_not_clear(struct json_out *out, const struct methods_env *d, struct grid *grid,
-                                const struct answer sector[], size_t count, bool ned)
+static void write_why_not_clear(struct json_out *out, const struct verdict_job *job)
 {
+    const struct answer_band *band = &job->query.band;
     char text[QUERY_REASON_SIZE] = "";
     struct picture_frame frame;
     size_t clear = 0;
-    for (size_t k = 0; k < count; k++)
-        clear += sector[k].state == ANSWER_CLEAR;
-    picture_get_frame(grid_picture(grid), &frame);
-    if (clear == 0 && drift_why_not_clear(d, &frame, ned, text)[0])
+    for (size_t k = 0; k < band->count; k++)
+        clear += verdict_of(&job->verdict, k)->state == ANSWER_CLEAR;
+    picture_get_frame(grid_picture(job->grid), &frame);
+    if (clear == 0 && drift_why_not_clear(job->d, &frame, band->ned, text)[0])
         json_member_text(out, "why_none_clear", text);
     else
         json_member_null(out, "why_none_clear");
 }
 
-/* An answer about sectors while it is written. */
-struct ring_answer {
-    size_t count, written;
-    struct answer sector[]; /* [count] */
-};
-
 #define SECTORS_PER_PART 180
 
+/* What takes long to write are many of them. */
 static bool write_sectors(const struct rpc_call *call, struct json_out *out, struct rpc_error *error)
 {
-    struct ring_answer *r = call->work->state;
-    const double width_deg = 360.0 / (double)r->count;
+    struct verdict_job *job = call->work->state;
+    const size_t count = job->query.band.count;
+    const double width_deg = 360.0 / (double)count;
     (void)error;
-    for (int i = 0; i < SECTORS_PER_PART && r->written < r->count; i++, r->written++)
-        write_sector(out, &r->sector[r->written], (double)r->written * width_deg, width_deg);
-    if (r->written < r->count)
+    for (int i = 0; i < SECTORS_PER_PART && job->written < count; i++, job->written++)
+        write_sector(out, verdict_of(&job->verdict, job->written), (double)job->written * width_deg, width_deg);
+    if (job->written < count)
         return rpc_continue(call, write_sectors);
     json_out_put(out, "]}");
     return true;
 }
 
-/* All sectors are judged at once, for they are of one picture. What takes long to write are many of them. */
-bool method_sectors(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
+/* As of the question. */
+static bool judge_sectors(const struct rpc_call *call, struct json_out *out, struct rpc_error *error)
 {
-    struct methods_env *d = call->daemon;
-    const size_t count = (size_t)params_integer(params, "count");
-    const bool ned = params_is(params, "frame", "ned");
-    struct grid *grid = grid_asked(d, params, error);
-    double band[2];
-    if (!grid)
-        return false;
-    struct ring_answer *r = calloc(1, sizeof *r + count * sizeof *r->sector);
-    if (!r)
-        return rpc_refuse(error, RPC_INTERNAL_ERROR, "no memory for %zu sectors", count);
-    rpc_work_keep(call->work, r, free);
-    r->count = count;
-    params_numbers(params, "elevation_deg", band);
-    const double reach_m = sectors_reach_m(d, grid, params);
-    const struct answer_now now = query_now(d);
-    const struct answer_conf limits = grid_limits(grid);
-    answer_sectors(grid_picture(grid), &limits, &now,
-                   &(struct answer_band){.ned = ned,
-                                         .lo_rad = geo_rad(band[0]),
-                                         .hi_rad = geo_rad(band[1]),
-                                         .reach_m = reach_m,
-                                         .near_m = query_near_m(d),
-                                         .count = count},
-                   r->sector);
+    struct verdict_job *job = call->work->state;
+    const struct methods_env *d = job->d;
+    const struct answer_band *band = &job->query.band;
+    if (verdict_job_step(job))
+        return rpc_continue(call, judge_sectors);
     json_out_open(out, '{');
-    json_member_word(out, "frame", ned ? "ned" : "body");
-    json_member_real(out, "t_unix", query_unix_s(d), 1e6);
+    json_member_word(out, "frame", band->ned ? "ned" : "body");
+    json_member_real(out, "t_unix", (double)(job->now.now_ns + query_unix_offset_ns(d)) * 1e-9, 1e6);
     json_member_age(out, "pose_age_s", query_pose_age_s(d));
-    json_member_metres(out, "near_m", query_near_m(d));
-    json_member_metres(out, "distance_m", reach_m);
+    json_member_metres(out, "near_m", band->near_m);
+    json_member_metres(out, "distance_m", band->reach_m);
     reference_write_target(out, d);
-    write_why_not_clear(out, d, grid, r->sector, count, ned);
+    write_why_not_clear(out, job);
     json_out_name(out, "sectors");
     json_out_open(out, '[');
-    return count <= SECTORS_PER_PART ? write_sectors(call, out, error) : rpc_continue(call, write_sectors);
+    return band->count <= SECTORS_PER_PART ? write_sectors(call, out, error) : rpc_continue(call, write_sectors);
+}
+
+bool method_sectors(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
+{
+    double band[2];
+    (void)out;
+    struct verdict_job *job = new_job(call, params, error);
+    if (!job)
+        return false;
+    params_numbers(params, "elevation_deg", band);
+    job->query = (struct obstacles_query){.around = true,
+                                          .band = {.ned = params_is(params, "frame", "ned"),
+                                                   .lo_rad = geo_rad(band[0]),
+                                                   .hi_rad = geo_rad(band[1]),
+                                                   .reach_m = sectors_reach_m(job->d, job->grid, params),
+                                                   .count = (size_t)params_integer(params, "count")}};
+    verdict_job_begin(job);
+    return rpc_continue(call, judge_sectors);
 }
 
 /* Of an obstacle, or of what is not known. Before an obstacle that is the gravest cause, whose age is not in *n. */

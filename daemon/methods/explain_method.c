@@ -14,6 +14,7 @@
 #include "methods.h"
 #include "query_context.h"
 #include "reference.h"
+#include "verdict_job.h"
 #include "json_units.h"
 
 /* Looked at in one part, or one step of asking the records: so long pings wait, and other clients. */
@@ -47,6 +48,7 @@ struct scene {
     struct picture_frame frame;
     struct answer_now now;
     struct answer_query query;
+    struct verdict_job verdict; /* that which it explains, ... */
     struct answer answer;
     struct scope scope; /* which directions the answer looked at; where it looked at none, none */
     double axis[3];     /* of the cone, in NED or the body's axes, as are the places of cells */
@@ -378,12 +380,11 @@ static void locate(struct scene *s)
     sight_from_grid(&s->frame, &s->now, true, s->axis);
 }
 
-/* The answer, and none of its directions yet. */
+/* None of the directions yet. */
 static void begin_directions(struct scene *s)
 {
     struct picture *picture = grid_picture(s->grid);
     locate(s);
-    answer_direction(picture, &s->limits, &s->now, &s->query, &s->answer);
     s->visit = rings_visit(picture->rings, s->scope.axis, fmin(s->scope.around_rad + s->relaxed_rad, GEO_PI));
     s->directions = s->never = s->cells = s->n_found = s->all_gone = 0;
     s->oldest = s->shortest = (struct free_interval){0};
@@ -528,11 +529,14 @@ static struct scene *begin_scene(struct methods_env *d, json_t *params, struct r
     }
     s->d = d;
     s->grid = grid;
-    s->limits = grid_limits(grid);
-    direction_query(params, &s->query);
-    s->query.near_m = query_near_m(d);
+    s->verdict.d = d;
+    s->verdict.grid = grid;
+    direction_query(params, &s->verdict.query.line);
+    verdict_job_begin(&s->verdict);
+    s->limits = s->verdict.limits;
+    s->query = s->verdict.query.line;
+    s->now = s->verdict.now;
     s->count = (uint32_t)params_integer(params, "count");
-    s->now = query_now(d);
     s->relaxed_rad = grid->setting.sphere.relaxation > 0 ? 3 * rings_reach(grid_picture(grid)->rings) : 0;
     return s;
 }
@@ -573,8 +577,21 @@ static bool ask_records(const struct rpc_call *call, struct json_out *out, struc
 static void drop_scene(void *state)
 {
     struct scene *s = state;
+    verdict_job_end(&s->verdict);
     records_close(pipeline_records(s->d->pipeline), &s->reading);
     request_job_free(s);
+}
+
+/* The answer itself, before what it rests on. */
+static bool ask_verdict(const struct rpc_call *call, struct json_out *out, struct rpc_error *error)
+{
+    struct scene *s = call->work->state;
+    if (verdict_job_step(&s->verdict))
+        return rpc_continue(call, ask_verdict);
+    s->answer = *verdict_of(&s->verdict.verdict, 0);
+    (void)out, (void)error;
+    begin_records(s);
+    return rpc_continue(call, ask_records);
 }
 
 bool method_explain(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
@@ -582,7 +599,7 @@ bool method_explain(const struct rpc_call *call, json_t *params, struct json_out
     struct scene *s = begin_scene(call->daemon, params, error);
     if (!s)
         return false;
+    (void)out;
     rpc_work_keep(call->work, s, drop_scene);
-    begin_records(s);
-    return ask_records(call, out, error);
+    return rpc_continue(call, ask_verdict);
 }

@@ -83,11 +83,21 @@ double query_velocity_age_s(const struct methods_env *d)
     return age_s(d, pose_log_last_ns(&d->poses, POSE_VELOCITY));
 }
 
+static double body_m(const struct conf_vehicle *c)
+{
+    const double wide = c->radius_m + c->margin_m, high = c->height_m / 2 + c->margin_m;
+    return hypot(hypot(wide, wide), high);
+}
+
 double query_near_m(const struct methods_env *d)
 {
     const struct conf_vehicle *c = &d->conf.vehicle;
-    const double wide = c->radius_m + c->margin_m, high = c->height_m / 2 + c->margin_m;
-    return c->near_m > 0 ? c->near_m : hypot(hypot(wide, wide), high);
+    return c->near_m > 0 ? c->near_m : body_m(c);
+}
+
+double query_own_m(const struct methods_env *d)
+{
+    return fmin(query_near_m(d), body_m(&d->conf.vehicle));
 }
 
 #define UNSAID_MPS     1.0 /* of a vehicle that does not say how fast it goes */

@@ -35,6 +35,9 @@ double query_velocity_age_s(const struct methods_env *d);
 /** query_near_m - water nearer than this to the vehicle is its own: near in [vehicle], auto worked out. */
 double query_near_m(const struct methods_env *d);
 
+/** query_own_m - the vehicle with its margin is within so far of its reference point; no more than query_near_m. */
+double query_own_m(const struct methods_env *d);
+
 /** query_look_ahead_m - how far sectors are judged by default: look_ahead in [answers], auto worked out but for
  * the range of the sonars. */
 double query_look_ahead_m(const struct methods_env *d);

@@ -251,12 +251,22 @@ static double unshown_m(struct promise *p, uint32_t direction, double slack, con
     return (blank || p->frame->looks.first_turns) && !is_between_looks(p, direction) ? sure_m : near_m;
 }
 
+double promise_come_m(const struct promise *p, double az_rad, double half_rad)
+{
+    const double from = floor((az_rad - half_rad) / PART_RAD), to = floor((az_rad + half_rad) / PART_RAD);
+    const int first = (int)from, n = (int)fmin(to - from + 1, PROMISE_PARTS);
+    double come_m = INFINITY;
+    for (int i = 0; i < n; i++)
+        come_m = fmin(come_m, p->come_m[((first + i) % PROMISE_PARTS + PROMISE_PARTS) % PROMISE_PARTS]);
+    return come_m;
+}
+
 double promise_m(struct promise *p, uint32_t direction, double slack, const struct sight *s, double near_m)
 {
     const double *v = p->picture->axis[direction];
-    const int part = (int)(geo_wrap(atan2(v[1], v[0])) / PART_RAD) % PROMISE_PARTS;
     const double shown_m = unshown_m(p, direction, slack, s, near_m);
     if (p->now->pose.drift_mps <= 0 || fabs(v[2]) > slack)
         return shown_m;
-    return s && goes_on(p, s, shown_m) && s->blind_m <= p->come_m[part] ? shown_m : fmin(shown_m, p->come_m[part]);
+    const double come_m = promise_come_m(p, atan2(v[1], v[0]), 0);
+    return s && goes_on(p, s, shown_m) && s->blind_m <= come_m ? shown_m : fmin(shown_m, come_m);
 }

@@ -40,4 +40,11 @@ struct promise promise_begin(struct picture *picture, const struct answer_conf *
  */
 double promise_m(struct promise *p, uint32_t direction, double slack, const struct sight *s, double near_m);
 
+/**
+ * promise_come_m - how near what beams showed in other directions may stand by now, within half_rad of that azimuth of
+ * the grid's axes, from its centre; INFINITY: nothing has come there. As it goes from the bottom to the surface its
+ * elevation does not matter.
+ */
+double promise_come_m(const struct promise *p, double az_rad, double half_rad);
+
 #endif

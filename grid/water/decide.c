@@ -104,11 +104,11 @@ static struct thick thick_of(const struct deciding *k, const struct point *a, co
     const double from[3] = {a->ahead, a->right, a->up};
     const double close_m = least_away(from, k->v, 3, b->t_m - a->t_m), far_m = fmax(a->range, b->range);
     const double thick_m = k->view->margin_m + b->t_m * k->half_rad + ROUNDING_M,
-                 turned_m = k->view->margin_rad * far_m, *spread_m = k->view->record->spread_m;
+                 *spread_m = k->view->record->spread_m;
     return (struct thick){.a = *a,
                           .b = *b,
-                          .aside_m = thick_m + turned_m + spread_m[1],
-                          .up_m = thick_m + turned_m + spread_m[2],
+                          .aside_m = thick_m + k->view->margin_rad * far_m + spread_m[1],
+                          .up_m = thick_m + k->view->lift_rad * far_m + spread_m[2],
                           .along_m = thick_m + spread_m[0],
                           .close_m = close_m,
                           .far_m = far_m};
@@ -303,6 +303,14 @@ bool water_touches(const struct water_view *view, const struct water_tile *tile,
     clip_side(&k, image->tan_az[0], -1, from_m, to_m);
     clip_side(&k, image->tan_az[image->columns], 1, from_m, to_m);
     return *from_m < *to_m;
+}
+
+bool water_covers(const struct water_view *view, const struct water_tile *tile, double at_m)
+{
+    const struct deciding k = begin(view, tile);
+    const struct point at = point_at(&k, at_m);
+    const struct thick s = thick_of(&k, &at, &at);
+    return touch(&k, &s).any;
 }
 
 void water_decide(const struct water_view *view, const struct water_tile *tile, double from_m, double to_m,

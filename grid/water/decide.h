@@ -39,7 +39,8 @@ struct water_view {
     const struct water_record *record;
     double at_m[3];    /* the vehicle, from the sensor, in its axes */
     double margin_m;   /* so far may the vehicle be from there */
-    double margin_rad; /* and directions turned so far */
+    double margin_rad; /* and directions turned so far, ... */
+    double lift_rad;   /* ... up and down in the sensor's axes no farther than this */
     bool lost;         /* nothing is heard of its sonar: it ends water, and frees none */
 };
 
@@ -52,6 +53,9 @@ struct water_tile {
 /** water_touches - shortens the stretch to what of the tile may lie between the left and the right side of the image,
  * and says of the rest nothing. False: none of it. */
 bool water_touches(const struct water_view *view, const struct water_tile *tile, double *from_m, double *to_m);
+
+/** water_covers - may the image hold some of the tile at that range, whatever it says of it? */
+bool water_covers(const struct water_view *view, const struct water_tile *tile, double at_m);
 
 /** water_decide - the tile from from_m (>= 0) to to_m; *out is emptied first. O(cells met x log range). */
 void water_decide(const struct water_view *view, const struct water_tile *tile, double from_m, double to_m,

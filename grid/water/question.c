@@ -189,6 +189,13 @@ static void begin_band(struct question_shape *q)
     double up[3] = {0, 0, -1};
     quat_rotate(q->asked.band.attitude, up, up);
     q->tilt_rad = acos(clamped(-up[2], -1, 1));
+    if (q->asked.band.parts > 1 || q->asked.band.width_rad <= 0)
+        return;
+    const struct ask_band *band = &q->asked.band;
+    const double high = band->hi_rad - band->lo_rad;
+    geo_direction(band->from_rad + band->width_rad / 2, (band->lo_rad + band->hi_rad) / 2, q->asked.axis);
+    quat_rotate(band->attitude, q->asked.axis, q->asked.axis);
+    q->bound_rad = (band->width_rad + high) / 2 + ROUNDING;
 }
 
 /* Do the elevations, NED, touch the band, however it is tilted? */
@@ -246,28 +253,37 @@ void question_begin(struct question_shape *q, const struct ask_question *asked)
         q->parts = asked->band.parts;
     }
     q->bound_rad = fmin(q->bound_rad + asked->loose_rad, GEO_PI);
+    if (q->bound_rad < GEO_PI)
+        geo_angles(q->asked.axis, &q->az_rad, &q->el_rad);
+}
+
+#define WIDEST_RAD 0.1 /* no tile is wider to any side of its middle */
+
+/* May a tile whose middle has that elevation be asked? */
+static bool may_ask_row(const struct question_shape *q, double el_rad, double half_rad)
+{
+    if (q->asked.kind == ASK_AROUND && !may_touch_band(q, el_rad, half_rad))
+        return false;
+    return q->bound_rad >= GEO_PI || fabs(el_rad - q->el_rad) <= q->bound_rad + half_rad + ROUNDING;
 }
 
 uint32_t question_columns(const struct question_shape *q, uint32_t row, uint32_t *n)
 {
     const struct tile_index first = {0, (uint16_t)row, 0};
-    const struct water_tile cone = tiles_cone(&first);
+    const double row_el = geo_rad((row + 0.5) * (180.0 / TILES_ROWS) - 90);
+    *n = 0;
+    if (!may_ask_row(q, row_el, WIDEST_RAD))
+        return 0;
     const uint32_t columns = tiles_columns(row);
-    const double reach = q->bound_rad + cone.half_rad, wide = GEO_TURN / columns, row_el = asin(-cone.v[2]);
-    double az, el;
+    const double half = tiles_cone(&first).half_rad, reach = q->bound_rad + half, wide = GEO_TURN / columns;
+    if (!may_ask_row(q, row_el, half))
+        return 0;
     *n = columns;
-    if (q->asked.kind == ASK_AROUND && !may_touch_band(q, row_el, cone.half_rad))
-        *n = 0;
-    if (q->bound_rad >= GEO_PI)
-        return 0;
-    geo_angles(q->asked.axis, &az, &el);
-    if (fabs(row_el - el) > reach)
-        *n = 0;
     /* the cone's own azimuths reach asin(sin(reach) / cos(el)) to each side, unless it holds a pole */
-    if (*n == 0 || fabs(el) + reach >= GEO_PI / 2)
+    if (q->bound_rad >= GEO_PI || fabs(q->el_rad) + reach >= GEO_PI / 2)
         return 0;
-    const double aside = asin(fmin(1, sin(reach) / cos(el)));
-    const int from = (int)floor((az - aside) / wide), to = (int)floor((az + aside) / wide);
+    const double aside = asin(fmin(1, sin(reach) / cos(q->el_rad)));
+    const int from = (int)floor((q->az_rad - aside) / wide), to = (int)floor((q->az_rad + aside) / wide);
     *n = (uint32_t)(to - from + 1) < columns ? (uint32_t)(to - from + 1) : columns;
     return (uint32_t)(from + (int)columns) % columns;
 }

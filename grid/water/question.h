@@ -65,8 +65,9 @@ struct ask_stretch {
 struct question_shape {
     struct ask_question asked;
     size_t parts;
-    double front_m;   /* of a body that moves: with its margin it reaches so far ahead */
-    double bound_rad; /* no tile farther from the axis is asked */
+    double front_m;        /* of a body that moves: with its margin it reaches so far ahead */
+    double bound_rad;      /* no tile farther from the axis is asked; of a band that is its middle ... */
+    double az_rad, el_rad; /* ... and the axis is this, NED */
     /* of a body that moves: `up` is across the line, as nearly up in the body as may be */
     double side[3], up[3], half_width_m, half_height_m, drift_side_m, drift_up_m;
     double round_m, across, flat_m;

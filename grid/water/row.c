@@ -34,6 +34,7 @@ struct writing {
     bool coarse;    /* ... but for those there is no room: a beam has one */
     bool edges;     /* two beams have only their edges between them */
     double end_rad; /* of the last one */
+    double share_az[ROW_ROWS + 1], share_el[ROW_ROWS + 1];
 };
 
 static void add_column(struct writing *w, const struct column *column, double to_rad)
@@ -60,10 +61,38 @@ static bool is_nested(const struct row_beam *beam)
 }
 
 /* The part of a beam that is so far off its axis. */
-static enum part part_at(const struct row_shape *shape, double off_rad)
+static enum part part_at(const struct writing *w, double off_rad)
 {
-    const double share = off_rad / shape->half_az_rad - 1e-6;
-    return share <= row_share[3] ? PART_AXIS : share <= row_share[4] ? PART_SIDE : PART_EDGE;
+    const double share = off_rad / w->shape->half_az_rad - 1e-6;
+    return share <= w->share_az[3] ? PART_AXIS : share <= w->share_az[4] ? PART_SIDE : PART_EDGE;
+}
+
+/* What lies between two axes is at most so far from the nearer one, as a share of half the width; 1: a beam has none
+ * beside it. */
+static double seam_share(const struct row_shape *shape, const struct row_beam *beam, size_t n)
+{
+    double most_rad = n > 1 ? 0 : shape->half_az_rad;
+    for (size_t i = 0; i + 1 < n; i++) {
+        const bool gap = is_apart(shape, &beam[i], &beam[i + 1]);
+        most_rad = fmax(most_rad, gap ? shape->half_az_rad : (beam[i + 1].az_rad - beam[i].az_rad) / 2);
+    }
+    return fmin(most_rad / shape->half_az_rad, 1);
+}
+
+/*
+ * What the pattern takes to the side and what it takes upward add up: a part is an ellipse about the axis. Columns and
+ * rows make a rectangle within it: as wide as the row's seams want, and no wider than it is high.
+ */
+static void set_shares(struct writing *w, double seam)
+{
+    for (int i = 0; i <= ROW_ROWS; i++)
+        w->share_az[i] = w->share_el[i] = row_share[i];
+    for (int i = 3; i < ROW_ROWS; i++) {
+        w->share_az[i] = fmin(seam, row_share[i] / sqrt(2));
+        w->share_el[i] = sqrt(row_share[i] * row_share[i] - w->share_az[i] * w->share_az[i]);
+        w->share_az[ROW_ROWS - i] = -w->share_az[i];
+        w->share_el[ROW_ROWS - i] = -w->share_el[i];
+    }
 }
 
 /* What of a beam lies before to_rad, from where the last column ends: what is off its axis in columns of its own, or
@@ -77,13 +106,13 @@ static void add_beam(struct writing *w, const struct row_beam *beam, bool beyond
         return;
     }
     if (w->coarse) {
-        const enum part worst = part_at(w->shape, fmax(az - w->end_rad, to_rad - az));
+        const enum part worst = part_at(w, fmax(az - w->end_rad, to_rad - az));
         add_column(w, &(struct column){beam, worst, beyond}, to_rad);
         return;
     }
     for (int i = 0; i < ROW_ROWS; i++)
         add_column(w, &(struct column){beam, part[i], beyond},
-                   i + 1 == ROW_ROWS ? to_rad : fmin(az + row_share[i + 1] * half, to_rad));
+                   i + 1 == ROW_ROWS ? to_rad : fmin(az + w->share_az[i + 1] * half, to_rad));
 }
 
 static void add_beams(struct writing *w, const struct row_beam *beam, size_t n)
@@ -101,7 +130,7 @@ static void add_beams(struct writing *w, const struct row_beam *beam, size_t n)
             add_column(w, &(struct column){&beam[i], PART_NOTHING, false},
                        fmax(beam[i + 1].az_rad - shape->half_az_rad, middle + ROW_TOUCH_RAD / 2));
         else if (!last && w->nested)
-            w->edges = w->edges || part_at(shape, middle - beam[i].az_rad) == PART_EDGE;
+            w->edges = w->edges || part_at(w, middle - beam[i].az_rad) == PART_EDGE;
     }
     add_beam(w, &beam[n - 1], true, shape->outer_rad[1]);
 }
@@ -131,6 +160,7 @@ void row_write(struct water_record *record, struct row_room *room, const struct 
     struct writing w = {.shape = shape, .room = room};
     for (size_t i = 0; i < n; i++)
         w.nested = w.nested || is_nested(&beam[i]);
+    set_shares(&w, seam_share(shape, beam, n));
     w.coarse = n * (ROW_ROWS + 1) + ROW_ENDS > WATER_COLUMNS;
     add_beams(&w, beam, n);
     write_cells(&w);
@@ -138,7 +168,7 @@ void row_write(struct water_record *record, struct row_room *room, const struct 
     for (size_t i = 0; i < n; i++)
         record->echoes = record->echoes || beam[i].ends_m < INFINITY;
     for (int row = 0; row <= ROW_ROWS; row++)
-        room->tan_el[row] = tan(shape->el_rad + row_share[row] * shape->half_el_rad);
+        room->tan_el[row] = tan(shape->el_rad + w.share_el[row] * shape->half_el_rad);
     for (int row = 0; row < ROW_ROWS; row++)
         room->near_m[row] = fmax(shape->join_m[row], row == 0 || row + 1 == ROW_ROWS || w.edges
                                                          ? fmax(shape->near_m, shape->edge_near_m)

@@ -21,7 +21,7 @@ struct row_beam {
     bool apart;    /* nothing is said between it and the next one, be they as near as they may */
 };
 
-/* Parts of the opening's height, from below to above: where rows of the image begin and end. */
+/* Parts of the opening's height and width, from below to above: no row of the image reaches beyond. */
 extern const double row_share[ROW_ROWS + 1];
 
 /* What all beams of a row have in common. */

@@ -190,18 +190,42 @@ static bool is_doubted(const struct store_list *list, const struct water_record 
     return false;
 }
 
-/* By what a record's water is uncertain now: all that was so when it was seen, and what came since. */
-static struct water_view look_at(const struct store_now *now, const struct water_record *r)
+/* The way that the vehicle has gone since the records so far, from the newest on: from where on, and how far beside it
+ * the vehicle may be now because its heading drifted on the way. */
+struct strayed {
+    double path_m, off_m;
+};
+
+static double turned_rad(const struct store_now *now, const struct water_record *r)
+{
+    return now->pose->heading_radps * seconds_since(r->t_ns, now->now_ns);
+}
+
+/* A step of the way went in a direction that was wrong, against that of now, by as much as the heading has drifted
+ * since the step: no more than since the record before it. */
+static void stray(struct strayed *s, const struct store_now *now, const struct water_record *r)
+{
+    s->off_m += fmin(turned_rad(now, r), 2) * fmax(s->path_m - r->path_m, 0);
+    s->path_m = fmin(s->path_m, r->path_m);
+}
+
+/*
+ * By what a record's water is uncertain now: all that was so when it was seen, and what came since. A heading that
+ * drifts turns it about the vertical: in the sensor's axes that is a turn about its own vertical and, by the sine of
+ * the angle between the two, one across it.
+ */
+static struct water_view look_at(const struct store_now *now, const struct water_record *r, double strayed_m)
 {
     const struct pose *pose = now->pose;
     const double age_s = seconds_since(r->t_ns, now->now_ns), way = fmax(pose->path_m - r->path_m, 0);
     const double drift_m =
         hypot(fmax(pose->drift_m[0] - r->drift_m[0], 0), fmax(pose->drift_m[1] - r->drift_m[1], 0));
-    const double turned_rad = pose->heading_radps * age_s;
+    const double turned = turned_rad(now, r), leaning = hypot(r->axis[2][0], r->axis[2][1]);
     struct water_view view = {.record = r,
                               .margin_m = r->uncertain_m + pose->uncertain_m + drift_m + POSE_WAY_ERROR * way +
-                                          fmin(turned_rad, 2) * (way + r->lever_m),
-                              .margin_rad = r->tilt_rad + turned_rad,
+                                          strayed_m + fmin(turned, 2) * r->lever_m,
+                              .margin_rad = r->tilt_rad + turned,
+                              .lift_rad = r->tilt_rad + turned * leaning,
                               .lost = (now->lost >> r->sensor & 1) || age_s > now->clear_for_s};
     view.lost = view.lost || way + view.margin_m > now->move_limit_m;
     double from[3];
@@ -236,6 +260,7 @@ void store_list(const struct store *s, struct store_list *list)
 int store_look(const struct store *s, const struct store_list *list, const struct store_now *now,
                struct water_view *view)
 {
+    struct strayed strayed = {.path_m = now->pose->path_m};
     int n = 0;
     if (is_away(list, now->pose))
         return 0;
@@ -243,7 +268,8 @@ int store_look(const struct store *s, const struct store_list *list, const struc
         const struct water_record *r = &s->pool.record[list->order[i]];
         if (seconds_since(r->newest_ns, now->now_ns) > now->clear_for_s)
             break;
-        view[n] = look_at(now, r);
+        stray(&strayed, now, r);
+        view[n] = look_at(now, r, strayed.off_m);
         view[n].lost = view[n].lost || is_doubted(list, r);
         n++;
     }

@@ -550,32 +550,54 @@ static double echo_m(const json_t *answer)
     return says(answer, "blocked") ? number(answer, "range_m") : INFINITY;
 }
 
-/* How far the cone is free of points from from_m on, points being balls of spare_m; INFINITY: all the way. */
-static double free_cone(const double axis[3], double half_rad, double from_m, double spare_m)
+/* Which points an answer speaks of: none nearer than from_m, and up to near_m those in sight alone. For what else stands
+ * there breaks the promise of `near`. */
+struct spoken {
+    double from_m, near_m;
+};
+
+static bool is_spoken_of(int i, double r, const struct spoken *of)
+{
+    return r >= of->from_m && (r >= of->near_m || is_in_sight(i));
+}
+
+/* How far the cone is free of them, points being balls of spare_m; INFINITY: all the way. */
+static double free_cone_of(const double axis[3], double half_rad, struct spoken of, double spare_m)
 {
     double first_m = INFINITY;
     for (int i = 0; i < n_points; i++) {
         const double *v = seen[i], r = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
         const double along = v[0] * axis[0] + v[1] * axis[1] + v[2] * axis[2];
         const double half = fmin(GEO_PI, half_rad + asin(fmax(-1, fmin(1, spare_m / r))));
-        if (half >= 0 && r >= from_m && r < first_m && along >= r * cos(half))
+        if (half >= 0 && r < first_m && along >= r * cos(half) && is_spoken_of(i, r, &of))
             first_m = r;
     }
     return first_m;
 }
 
-/* How far a corridor is free along its line; points nearer than from_m to the vehicle do not count. */
-static double free_corridor(const double axis[3], double radius_m, double from_m)
+/* The same of all points from from_m on. */
+static double free_cone(const double axis[3], double half_rad, double from_m, double spare_m)
+{
+    return free_cone_of(axis, half_rad, (struct spoken){from_m, 0}, spare_m);
+}
+
+/* How far a corridor is free along its line. */
+static double free_corridor_of(const double axis[3], double radius_m, struct spoken of)
 {
     double first_m = INFINITY;
     for (int i = 0; i < n_points; i++) {
         const double *v = seen[i], r2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
         const double along = v[0] * axis[0] + v[1] * axis[1] + v[2] * axis[2];
-        if (radius_m >= 0 && r2 >= from_m * from_m && along >= 0 && along < first_m &&
-            r2 - along * along <= radius_m * radius_m)
+        if (radius_m >= 0 && along >= 0 && along < first_m && r2 - along * along <= radius_m * radius_m &&
+            is_spoken_of(i, sqrt(r2), &of))
             first_m = along;
     }
     return first_m;
+}
+
+static double free_corridor(const double axis[3], double radius_m, double from_m)
+{
+    return free_corridor_of(axis, radius_m, (struct spoken){from_m, 0});
 }
 
 /* How far an upright cylinder around the vehicle may move along a level line; near_m: up to there only points in sight
@@ -681,8 +703,9 @@ static void ask_cone(void)
     const char *what = words("azimuth %.1f, half %.1f, to %.2f m: from %.2f, free to %.4f, truly to %.4f",
                              geo_deg(az), geo_deg(half), to_m, from_m, known_m, free_m);
     const double off_m = excuse_m(a);
-    judge(CONE, says(a, "clear"), free_cone(axis, half, says(a, "clear") ? from_m : FROM_M, 0) > to_m,
-          off_m > 0 && free_cone(axis, half, from_m + off_m, -off_m) > to_m - off_m, what);
+    const struct spoken of = {FROM_M, says(a, "clear") ? from_m : 0}, excused = {FROM_M, from_m + off_m};
+    judge(CONE, says(a, "clear"), free_cone_of(axis, half, of, 0) > to_m,
+          off_m > 0 && free_cone_of(axis, half, excused, -off_m) > to_m - off_m, what);
     judge_amply(CONE, a, says(a, "clear"), free_cone(axis, half, FROM_M, AMPLE_M) > to_m + AMPLE_M);
     judge(FREE_TO, known_m > from_m, free_cone(axis, half, from_m, 0) > known_m,
           off_m > 0 && free_cone(axis, half, from_m + off_m, -off_m) > known_m - off_m, what);
@@ -720,8 +743,9 @@ static void ask_corridor(void)
                                          "radius_m", radius_m));
     const double from_m = says(a, "clear") ? fmax(FROM_M, number(a, "blind_to_m")) : FROM_M;
     const double off_m = excuse_m(a);
-    judge(CORRIDOR, says(a, "clear"), free_corridor(axis, radius_m, from_m) > to_m,
-          off_m > 0 && free_corridor(axis, radius_m - off_m, from_m + off_m) > to_m - off_m,
+    const struct spoken of = {FROM_M, from_m}, excused = {FROM_M, from_m + off_m};
+    judge(CORRIDOR, says(a, "clear"), free_corridor_of(axis, radius_m, of) > to_m,
+          off_m > 0 && free_corridor_of(axis, radius_m - off_m, excused) > to_m - off_m,
           words("azimuth %.1f, radius %.2f, to %.2f m, truly to %.2f", geo_deg(az), radius_m, to_m, free_m));
     judge_amply(CORRIDOR, a, says(a, "clear"), free_corridor(axis, radius_m + AMPLE_M, FROM_M) > to_m + AMPLE_M);
     compare_corridor(axis, radius_m, to_m, a);
@@ -739,17 +763,22 @@ static void spare_sectors(int n, const double v[3], double *amply_m)
 }
 
 /* How far sector k of n is free, away from its edges. */
-static double free_sector(int k, int n, double half_el, double from_m, double away_m)
+static double free_sector_of(int k, int n, double half_el, struct spoken of, double away_m)
 {
     double first_m = INFINITY;
     for (int i = 0; i < n_points; i++) {
         const double *v = seen[i], level = hypot(v[0], v[1]), r = hypot(level, v[2]);
         const double aside = GEO_PI / n - fabs(geo_wrap_pi(atan2(v[1], v[0]) - k * GEO_TURN / n));
-        if (r >= from_m && fabs(v[2]) <= level * tan(half_el) - away_m &&
-            sin(fmin(aside, GEO_PI / 2)) * level >= away_m)
+        if (fabs(v[2]) <= level * tan(half_el) - away_m && sin(fmin(aside, GEO_PI / 2)) * level >= away_m &&
+            is_spoken_of(i, r, &of))
             first_m = fmin(first_m, r);
     }
     return first_m;
+}
+
+static double free_sector(int k, int n, double half_el, double from_m, double away_m)
+{
+    return free_sector_of(k, n, half_el, (struct spoken){from_m, 0}, away_m);
 }
 
 static const double bow[3] = {1, 0, 0};
@@ -819,7 +848,11 @@ static void ask_sectors(void)
         const double within_m =
             off_m > 0 && free_m[k] <= to_m ? free_sector(k, n, half_el, from_m + off_m, off_m) : 0;
         const bool clear = says(sector, "clear") || (known_m >= to_m && from_m < to_m);
-        judge(SECTORS, clear, (clear ? free_beyond_m : free_m[k]) > to_m, within_m > to_m - off_m, what);
+        const struct spoken of = {FROM_M, from_m}, excused = {FROM_M, from_m + off_m};
+        const bool said = says(sector, "clear");
+        const double spoken_m = said ? free_sector_of(k, n, half_el, of, 0) : free_beyond_m,
+                     excused_m = said && off_m > 0 ? free_sector_of(k, n, half_el, excused, off_m) : within_m;
+        judge(SECTORS, clear, (clear ? spoken_m : free_m[k]) > to_m, excused_m > to_m - off_m, what);
         judge(FREE_TO, known_m > from_m, free_beyond_m > known_m, within_m > known_m - off_m, what);
     }
     compare_sectors(n, half_el, to_m, a);
@@ -1019,6 +1052,38 @@ static json_t *cone(double az_deg, double to_m, const char *wide, double how_wid
     return ask("blocked", json_pack("{s:f, s:f, s:f}", "azimuth_deg", az_deg, "distance_m", to_m, wide, how_wide));
 }
 
+/* Nor asking for less of what is clear. */
+static void stays_clear(const json_t *before, double to_m, json_t *after)
+{
+    if (says(before, "clear") && !says(after, "clear")) {
+        printf("at %.3f s clear, and not so to %.2f m: %s\n", (double)loop_now(d.loop) * 1e-9, to_m,
+               json_string_value(json_object_get(after, "reason")));
+        test_case_failed = true;
+    }
+    json_decref(after);
+}
+
+static json_t *sectors(double to_m, double half_el_deg)
+{
+    return ask("sectors", json_pack("{s:i, s:f, s:[f, f]}", "count", 24, "distance_m", to_m, "elevation_deg",
+                                    -half_el_deg, half_el_deg));
+}
+
+/* Each sector, to a part of the distance; and what is blocked in one is so in the cone that holds it. */
+static void ask_for_less_around(double to_m, double less_m)
+{
+    json_t *far_ones = sectors(to_m, 5), *near_ones = sectors(less_m, 5);
+    for (size_t k = 0; k < 24; k++) {
+        const json_t *far_one = json_array_get(json_object_get(far_ones, "sectors"), k);
+        json_t *near_one = json_array_get(json_object_get(near_ones, "sectors"), k);
+        if (k % 6 == 0 && says(far_one, "clear"))
+            stays_clear(far_one, to_m, cone((double)k * 15, to_m, "half_angle_deg", 2));
+        stays_clear(far_one, less_m, json_incref(near_one));
+    }
+    json_decref(near_ones);
+    json_decref(far_ones);
+}
+
 static json_t *collision(double az_deg, double ahead_s)
 {
     const double az = geo_rad(az_deg);
@@ -1055,13 +1120,18 @@ static void ask_for_more_around(void)
 static void ask_for_more(void)
 {
     const double az = uniform(0, 360), to_m = uniform(1, 9), half = uniform(0, 10), radius_m = uniform(0, 0.6);
+    uint64_t dice = own_dice();
+    const double less_m = to_m * (0.1 + 0.9 * test_uniform(&dice));
     struct conf_vehicle *c = &d.conf.vehicle;
     const struct conf_vehicle was = *c;
     json_t *a = cone(az, to_m, "half_angle_deg", half);
     never_clear("angle", a, cone(az, to_m, "half_angle_deg", half + uniform(0, 30)));
     never_clear("distance", a, cone(az, to_m + uniform(0, 3), "half_angle_deg", half));
+    stays_clear(a, less_m, cone(az, less_m, "half_angle_deg", half));
     json_decref(a);
+    ask_for_less_around(to_m, less_m);
     a = cone(az, to_m, "radius_m", radius_m);
+    stays_clear(a, less_m, cone(az, less_m, "radius_m", radius_m));
     never_clear("radius", a, cone(az, to_m, "radius_m", radius_m + uniform(0, 1)));
     json_decref(a);
     a = collision(az, to_m);

@@ -124,7 +124,7 @@ TEST(faults_of_a_line_are_counted_and_outlived_by_a_head_that_is_asked)
 /* Without a pose in between: a fixed sonar. */
 TEST(a_sonar_that_is_lost_knows_nothing_free)
 {
-    rig_start("cylinder 6 2 0.4\n", "");
+    rig_start("cylinder 6 2 0.4\n", "[vehicle]\nnear = 2 m\n");
     CHECK_INT(rig_states(), RIG_UNKNOWN);
     rig_run(70);
     CHECK((rig_states() & (RIG_CLEAR | RIG_BLOCKED)) == (RIG_CLEAR | RIG_BLOCKED));

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* test_limit - corridors and the speed they allow: on pictures made by hand, and by their properties on random ones. */
 #include "tests/lib/table.h"
-#include "tests/lib/picture_rig.h"
+#include "tests/lib/looks_rig.h"
 
 #include "grid/answer/limit.h"
 
@@ -85,23 +85,6 @@ TEST(the_front_is_the_bodys_extent_along_the_line)
     CHECK_NEAR(look(&small, 0, 0, 2, 10).front_m, 0.3, 1e-9, 0); /* half height and margin */
     CHECK_NEAR(look(&small, 0, 3, 0, 10).front_m, 0.4, 1e-9, 0);
     CHECK_NEAR(look(&small, 1, 0, -1, 10).front_m, (0.3 + 0.2) / sqrt(2) + 0.1, 1e-9, 0);
-}
-
-/* Heads look at these bearings, 10 degrees up and down. */
-static void looks_at(uint64_t bearings, double gap_deg, bool first_turns)
-{
-    struct picture_frame frame;
-    picture_get_frame(&picture, &frame);
-    frame.looks = (struct bearings_looks){.bearings = bearings,
-                                          .t_ns = NOW,
-                                          .hears = {bearings},
-                                          .last_ns = {NOW},
-                                          .level_rad = geo_rad(10),
-                                          .gap_rad = geo_rad(gap_deg),
-                                          .first_turns = first_turns};
-    picture_begin(&picture);
-    picture_set_frame(&picture, &frame);
-    picture_end(&picture);
 }
 
 static void forget(uint32_t d)
@@ -243,17 +226,6 @@ TEST(near_covers_no_lost_ping_in_the_first_turns)
     }
 }
 
-/* In beams of sonars that do not turn: so many degrees about the bow, or about that bearing and the opposite one. */
-static void open_still(struct bearings_looks *looks, double bearing_deg, double wide_deg)
-{
-    looks->still[0].low_rad = geo_rad(-10);
-    looks->still[0].high_rad = geo_rad(10);
-    looks->still[0].mount = mount_identity;
-    for (int k = 0; k < BEARINGS_FINE; k++)
-        if (fabs(geo_deg(geo_wrap_pi((k + 0.5) * GEO_TURN / BEARINGS_FINE - geo_rad(bearing_deg)))) < wide_deg / 2)
-            looks->still[0].opens[k / 64] |= UINT64_C(1) << k % 64;
-}
-
 /*
  * In a beam that does not turn nothing is promised: of a direction 13.5 degrees to the side, which it has just come to
  * look at, it has shown 1.5 m, or nothing. Up to 4.5 degrees from its edge no direction lies wholly in it.
@@ -348,35 +320,6 @@ TEST(near_holds_in_a_still_beam_as_far_as_drift_has_brought_its_edge)
         now.pose.drift_mps = 0.1;
         CHECK_NEAR(look(&promised, 1, 0, 0, 2).known_m, row[i].known_m, 0, 0.08);
     }
-}
-
-/* A sonar that does not turn: beams of 1.5 degrees side by side, from -wide_deg / 2 to wide_deg / 2 of its own. */
-struct still_fan {
-    double wide_deg, high_deg;
-    double roll_deg, pitch_deg; /* of its mount */
-    double mount_m[3];
-};
-
-static void look_with(struct bearings *b, const struct still_fan *fan)
-{
-    static const uint32_t turn_ms[BEARINGS_SENSORS];
-    struct beam_echoes beam[128];
-    struct mount mount = {.position_m = {fan->mount_m[0], fan->mount_m[1], fan->mount_m[2]}};
-    struct echoes e = {.n_beams = (uint16_t)(fan->wide_deg / 1.5 + 0.5),
-                       .az_aperture_rad = (float)geo_rad(1.5),
-                       .el_aperture_rad = (float)geo_rad(fan->high_deg),
-                       .t_ns = NOW,
-                       .beam = beam};
-    quat_from_rpy(geo_rad(fan->roll_deg), geo_rad(fan->pitch_deg), 0, mount.attitude);
-    for (int i = 0; i < e.n_beams; i++)
-        beam[i] = (struct beam_echoes){.az_rad = (float)geo_rad(1.5 * (i + 0.5) - fan->wide_deg / 2)};
-    bearings_enter(b, &e, &mount);
-    struct picture_frame frame;
-    picture_get_frame(&picture, &frame);
-    bearings_tell(b, turn_ms, &frame.looks);
-    picture_begin(&picture);
-    picture_set_frame(&picture, &frame);
-    picture_end(&picture);
 }
 
 /* A level direction that the fan has not freed, in that bearing: does near cover it? */

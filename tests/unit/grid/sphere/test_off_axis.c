@@ -22,12 +22,17 @@ static const struct sphere_conf grid_conf = {.angular_step_rad = 0.0349066,
 static const struct store_conf store_conf = {.beams = {1}, .spare = 1};
 static struct store *store;
 
-static void begin_maps(void)
+static void begin_maps_of(const struct sphere_conf *sphere_of, const struct store_conf *store_of)
 {
     static void *memory;
-    rig_sphere(&grid_conf);
-    memory = memory ? memory : malloc(store_bytes(&store_conf));
-    store = store_init(memory, &store_conf);
+    rig_sphere(sphere_of);
+    memory = rig_memory(memory, store_bytes(store_of));
+    store = store_init(memory, store_of);
+}
+
+static void begin_maps(void)
+{
+    begin_maps_of(&grid_conf, &store_conf);
 }
 
 static void enter_maps(const struct echoes *e)
@@ -37,7 +42,7 @@ static void enter_maps(const struct echoes *e)
     now = (struct answer_now){.now_ns = e->t_ns, .pose_fresh = true, .pose = e->pose};
 }
 
-/* How far the grid has the water free in a direction, and the records. */
+/* How far the grid has the water free in a direction, and the records; near_m: not so far. */
 static double free_of_sphere(double el_deg)
 {
     const struct answer_query q = {.el_rad = geo_rad(el_deg), .distance_m = 9, .half_angle_rad = geo_rad(0.3)};
@@ -46,13 +51,20 @@ static double free_of_sphere(double el_deg)
     return a.free_to_m;
 }
 
-static double free_of_records(double el_deg)
+static double free_of_records_along(const double axis[3], double near_m)
 {
     static struct water_view view[ASK_RECORDS];
     const struct store_now at = {.now_ns = now.now_ns, .pose = &now.pose, .clear_for_s = 30, .move_limit_m = 20};
-    struct ask_question q = {.half_rad = geo_rad(0.1), .near_m = 1.5, .to_m = 12};
-    geo_direction(0, geo_rad(el_deg), q.axis);
+    struct ask_question q = {.half_rad = geo_rad(0.01), .near_m = near_m, .to_m = 12};
+    memcpy(q.axis, axis, sizeof q.axis);
     return ask_free(view, store_view(store, &at, view), &q).free_to_m;
+}
+
+static double free_of_records(double el_deg)
+{
+    double axis[3];
+    geo_direction(0, geo_rad(el_deg), axis);
+    return free_of_records_along(axis, 1.5);
 }
 
 /* ---- from samples ---- */
@@ -309,6 +321,7 @@ TEST(water_beyond_what_a_beam_detects_is_not_free_from_behind_its_end)
 /* ---- rows of beams ---- */
 
 #define ROW_BEAMS  64
+#define ROW_NEAR_M 0.75
 #define ROW_WORLDS 150
 #define ROW_ASKED  24
 
@@ -364,6 +377,7 @@ static void send_row(const struct row *row)
         ping.n_beams = row->fan ? row->n : 1;
         ping.beam = &row_beam[i];
         sphere_enter(sphere, &ping, &row->mount);
+        store_enter(store, &ping, &row->mount);
     }
     now = (struct answer_now){.now_ns = ping.t_ns, .pose_fresh = true, .pose = ping.pose};
 }
@@ -385,14 +399,15 @@ static double heard_m(const struct row *row, double az_rad, double el_rad)
 TEST(between_the_axes_of_neighbouring_beams_no_more_is_free_than_they_hear)
 {
     uint64_t seed = test_seed();
-    unsigned asked = 0, beyond = 0;
-    double free_m = 0, truth_m = 0;
+    static const struct store_conf row_store = {.beams = {ROW_BEAMS}, .spare = 1};
+    unsigned asked = 0, beyond = 0, records_beyond = 0;
+    double free_m = 0, records_m = 0, truth_m = 0;
     for (int world = 0; world < ROW_WORLDS; world++) {
         const double cell_deg = between(&seed, 1.5, 6);
         struct sphere_conf conf = grid_conf;
         conf.angular_step_rad = geo_rad(cell_deg);
         conf.recentre_m = 0.001;
-        rig_sphere(&conf);
+        begin_maps_of(&conf, &row_store);
         const struct row row = random_row(&seed, cell_deg);
         send_row(&row);
         if (world % 2) {
@@ -410,14 +425,19 @@ TEST(between_the_axes_of_neighbouring_beams_no_more_is_free_than_they_hear)
             quat_rotate(row.mount.attitude, v, u);
             geo_angles(u, &q.az_rad, &q.el_rad);
             answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
-            const double heard = heard_m(&row, az, el);
+            const double heard = heard_m(&row, az, el), records = free_of_records_along(u, ROW_NEAR_M);
             asked++;
             beyond += a.free_to_m > heard + 0.02;
             free_m += fmax(a.free_to_m - 0.5, 0);
+            records_beyond += records > fmax(heard, ROW_NEAR_M) + 0.02;
+            records_m += records - ROW_NEAR_M;
             truth_m += fmax(heard - 0.5, 0);
         }
     }
-    printf("# %u directions, beyond what is heard: %u; free %.1f of %.1f m\n", asked, beyond, free_m, truth_m);
+    printf("# %u directions, beyond what is heard: %u, by records %u; free %.1f, by records %.1f of %.1f m\n",
+           asked, beyond, records_beyond, free_m, records_m, truth_m);
+    CHECK_INT(records_beyond, 0);
+    CHECK(records_m > 0.6 * truth_m);
     CHECK(beyond <= asked / 1000); /* a corner of a cell that is turned against the beam, beside the last one */
     CHECK(free_m > 0.5 * truth_m);
 }

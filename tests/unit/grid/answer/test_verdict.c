@@ -1,0 +1,327 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * test_verdict - what obstacles of a picture and records of free water are in the three words: clear is clear to every
+ * shorter distance, `near` holds where a beam has looked, and each reason is told where it is the reason.
+ */
+#include "grid/answer/verdict.h"
+#include "tests/lib/looks_rig.h"
+
+#define TICK  (SECOND / 10)
+#define BEAMS 32
+#define OWN_M 0.5
+
+static const struct store_conf conf = {.beams = {BEAMS}, .spare = 1};
+static struct store *store;
+static struct store_list list;
+static struct answer_conf by = {.clear_for_s = 30, .move_limit_m = INFINITY};
+static struct beam_echoes beam[BEAMS];
+static struct echoes ping;
+
+/* A fan of 32 beams of 3 degrees ahead, 25 degrees high, that detects from 0.75 m on and hears nothing up to 10 m. */
+static void begin(void)
+{
+    static void *memory;
+    start_with(rings_full(&rings, geo_rad(3)), true);
+    memory = memory ? memory : malloc(store_bytes(&conf));
+    store = store_init(memory, &conf);
+    by = (struct answer_conf){.clear_for_s = 30, .move_limit_m = INFINITY};
+    now.pose.has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH;
+    ping = (struct echoes){.n_beams = BEAMS,
+                           .t_ns = NOW - SECOND,
+                           .range_max_m = 10,
+                           .az_aperture_rad = (float)geo_rad(3),
+                           .el_aperture_rad = (float)geo_rad(25),
+                           .beam = beam};
+    for (int i = 0; i < BEAMS; i++)
+        beam[i] = (struct beam_echoes){
+            .az_rad = (float)geo_rad((i - (BEAMS - 1) / 2.0) * 3), .blind_m = 0.75f, .free_to_m = 10};
+}
+
+static void send(void)
+{
+    ping.seq++;
+    ping.t_ns += TICK;
+    ping.pose = now.pose;
+    ping.pose.t_ns = ping.t_ns;
+    store_enter(store, &ping, &mount_identity);
+}
+
+static void put_behind(double at_m, double logodds, double hint_m)
+{
+    struct picture_entry e = {.hint_m = (float)hint_m};
+    e.obstacle[0] = (struct picture_obstacle){.t_ref_ns = NOW,
+                                              .t_echo_ns = NOW - SECOND,
+                                              .logodds = (float)logodds,
+                                              .near_m = (float)at_m,
+                                              .range_m = (float)at_m};
+    picture_begin(&picture);
+    picture_set(&picture, rings_index(&rings, 0.01, 0.01), &e);
+    picture_end(&picture);
+}
+
+/* An obstacle straight ahead, or an echo too little for one. */
+static void put(double at_m, double logodds)
+{
+    put_behind(at_m, logodds, logodds > 0 ? 0 : at_m);
+}
+
+static const struct answer *end(const struct obstacles_query *q)
+{
+    static struct verdict v;
+    store_list(store, &list);
+    const struct verdict_evidence evidence = {&picture, store, &list, &by, &now};
+    for (bool more = verdict_begin(&v, &evidence, q, OWN_M); more;)
+        more = verdict_step(&v);
+    return verdict_of(&v, 0);
+}
+
+static const struct answer *cone(double to_m, double near_m)
+{
+    return end(
+        &(struct obstacles_query){.line = {.distance_m = to_m, .half_angle_rad = geo_rad(2.5), .near_m = near_m}});
+}
+
+static const struct answer *corridor(double to_m, double near_m)
+{
+    return end(&(struct obstacles_query){
+        .line = {.distance_m = to_m, .corridor = true, .radius_m = 0.3, .near_m = near_m}});
+}
+
+/* The one ahead of eight. */
+static const struct answer *sector(double to_m, double near_m)
+{
+    return end(&(struct obstacles_query){
+        .around = true,
+        .band = {.lo_rad = -geo_rad(2), .hi_rad = geo_rad(2), .reach_m = to_m, .near_m = near_m, .count = 8}});
+}
+
+typedef const struct answer *ask_fn(double to_m, double near_m);
+static ask_fn *const asks[] = {cone, corridor, sector};
+
+TEST(clear_to_a_distance_is_clear_to_every_shorter_one)
+{
+    begin();
+    send();
+    for (size_t i = 0; i < sizeof asks / sizeof *asks; i++)
+        for (double to_m = 0.1; to_m < 12; to_m += 0.1) {
+            const struct answer *a = asks[i](to_m, 1.5);
+            CHECK(a->state == (to_m < 9.7 ? ANSWER_CLEAR : ANSWER_UNKNOWN) || (to_m >= 9.7 && to_m < 10));
+            CHECK(a->state == ANSWER_CLEAR || a->reason == ANSWER_BEYOND);
+        }
+}
+
+TEST(what_is_next_to_the_vehicle_must_be_observed_or_promised)
+{
+    begin();
+    send();
+    for (size_t i = 0; i < sizeof asks / sizeof *asks; i++) {
+        const struct answer *a = asks[i](5, OWN_M);
+        CHECK(a->state == ANSWER_UNKNOWN && a->reason == ANSWER_BLIND);
+        CHECK(a->blind_to_m >= 0.75 && a->blind_to_m < 2 && a->free_to_m > 4.9);
+        a = asks[i](0.6, OWN_M);
+        CHECK(a->state == ANSWER_UNKNOWN);
+    }
+}
+
+/* With an echo nearer than `near` that is observed up to there. */
+TEST(near_holds_up_to_what_is_observed)
+{
+    begin();
+    for (int i = 0; i < BEAMS; i++) {
+        beam[i].free_to_m = 2.9f;
+        beam[i].n = 1;
+    }
+    send();
+    for (size_t i = 0; i < sizeof asks / sizeof *asks; i++) {
+        CHECK(asks[i](2, 4)->state == ANSWER_CLEAR);
+        const struct answer *a = asks[i](3.5, 4);
+        CHECK(a->state == ANSWER_UNKNOWN && a->reason == ANSWER_BEYOND && a->free_to_m > 2.5 && a->free_to_m < 3);
+    }
+}
+
+TEST(nothing_is_promised_where_nobody_looked)
+{
+    begin();
+    for (size_t i = 0; i < sizeof asks / sizeof *asks; i++)
+        CHECK(asks[i](1, 4)->state == ANSWER_UNKNOWN && asks[i](1, 4)->reason == ANSWER_NEVER);
+}
+
+TEST(blocked_is_an_obstacle_within_the_distance)
+{
+    begin();
+    put(6, 2);
+    send();
+    for (size_t i = 0; i < sizeof asks / sizeof *asks; i++) {
+        const struct answer *a = asks[i](7, 1.5);
+        CHECK(a->state == ANSWER_BLOCKED && a->range_m == 6 && a->age_s == 1 && a->confidence > 0.5);
+        CHECK(a->free_to_m <= 6 && a->free_to_m > 5.9);
+        CHECK(asks[i](5.5, 1.5)->state == ANSWER_CLEAR);
+    }
+    CHECK(sector(5.5, 1.5)->range_m == 6);
+    put(1, 0); /* nearer than `near`, where no record tells of it */
+    for (size_t i = 0; i < sizeof asks / sizeof *asks; i++)
+        CHECK(asks[i](5, 1.5)->state == ANSWER_UNKNOWN && asks[i](0.9, 1.5)->reason != ANSWER_BEYOND);
+}
+
+/* Whatever stands behind it, beyond the distance. */
+TEST(an_echo_within_near_that_is_too_little_to_block_bars_the_water)
+{
+    begin();
+    send();
+    for (size_t i = 0; i < sizeof asks / sizeof *asks; i++) {
+        put_behind(9, 2, 1);
+        CHECK_INT(asks[i](5, 1.5)->state, ANSWER_UNKNOWN);
+        put_behind(9, 2, 0);
+        CHECK_INT(asks[i](5, 1.5)->state, ANSWER_CLEAR);
+    }
+}
+
+TEST(each_reason_is_told)
+{
+    begin();
+    send();
+    for (size_t i = 0; i < sizeof asks / sizeof *asks; i++) {
+        by.clear_for_s = 0.5;
+        CHECK(asks[i](5, 1.5)->reason == ANSWER_STALE && asks[i](5, 1.5)->age_s > 0.5);
+        by.clear_for_s = 30;
+        now.lost = 1;
+        CHECK(asks[i](5, 1.5)->reason == ANSWER_SILENT);
+        now.lost = 0;
+        by.move_limit_m = 0.2;
+        now.pose.path_m = 0.3;
+        CHECK(asks[i](5, 1.5)->reason == ANSWER_MOVED);
+        now.pose.path_m = 0;
+        CHECK(asks[i](5, 1.5)->state == ANSWER_CLEAR);
+        now.pose.uncertain_rad = geo_rad(20); /* the fan looks 12.5 degrees up and down */
+        CHECK(asks[i](5, 1.5)->reason == ANSWER_NEVER);
+        now.pose.uncertain_rad = 0;
+        now.pose_fresh = false;
+        CHECK(asks[i](5, 1.5)->reason == ANSWER_POSE_LOST);
+        now.pose_fresh = true;
+        now.pose.has |= POSE_ALTITUDE;
+        now.pose.altitude_m = 0.8;
+        CHECK(asks[i](5, 1.5)->reason == ANSWER_BOTTOM && asks[i](1.6, 1.5)->state == ANSWER_CLEAR);
+        const struct answer *low = asks[i](5, 4); /* where `near` would promise more */
+        CHECK(low->state == ANSWER_UNKNOWN && low->reason == ANSWER_BOTTOM);
+        CHECK(low->free_to_m > 1.6 && low->free_to_m < 3.5 && low->blind_to_m < low->free_to_m);
+        now.pose.altitude_m = 30;
+        CHECK(asks[i](5, 1.5)->state == ANSWER_CLEAR);
+        now.pose.has &= ~(unsigned)POSE_ALTITUDE;
+    }
+}
+
+/* The sonars, as `near` has it: those that turn take so long for a turn, and have looked everywhere within 12 s, or
+ * for so long no farther than that to each side. */
+static void turn(double turn_s, double swept_deg)
+{
+    struct picture_frame frame;
+    picture_get_frame(&picture, &frame);
+    frame.turn_s = turn_s;
+    for (int k = 0; k < BEARINGS && swept_deg > 0; k++)
+        if (fabs(geo_wrap_pi((k + 0.5) * GEO_TURN / BEARINGS)) > geo_rad(swept_deg))
+            frame.looks.heard_ds[0][k] = 120;
+    for (int k = 1; k < BEARINGS_SENSORS; k++)
+        memset(frame.looks.heard_ds[k], 0xff, sizeof frame.looks.heard_ds[k]);
+    picture_begin(&picture);
+    picture_set_frame(&picture, &frame);
+    picture_end(&picture);
+}
+
+/* A post of which there was an echo so long ago. */
+static void put_post(double az_deg, double at_m, double age_s)
+{
+    struct picture_entry e = {0};
+    const uint64_t t_ns = NOW - (uint64_t)(age_s * 1e9);
+    e.obstacle[0] = (struct picture_obstacle){.t_ref_ns = t_ns,
+                                              .t_echo_ns = t_ns,
+                                              .logodds = 4,
+                                              .near_m = (float)at_m,
+                                              .range_m = (float)at_m,
+                                              .sd_m = 0.05f};
+    picture_begin(&picture);
+    picture_set(&picture, rings_index(&rings, geo_rad(az_deg), geo_rad(1)), &e);
+    picture_end(&picture);
+}
+
+/*
+ * Ahead the fan has just shown all that it can, which is nothing nearer than 1.5 m. Beside that a beam has shown a post
+ * at 3 m, past which the vehicle may have drifted since; not if all has been looked at since, or nobody looks there.
+ */
+TEST(what_was_shown_beside_may_have_come_ahead)
+{
+    static const uint64_t all = UINT64_MAX, ahead = UINT64_C(0xff000000000000ff);
+    static const struct {
+        double az_deg, age_s, turn_s;
+        uint64_t bearings;
+        double come_m; /* negative: nothing has */
+        double swept_deg;
+    } row[] = {{40, 4, 4, all, 1, 0},    {-40, 4, 4, all, 1, 0},   {40, 1, 4, all, -1, 0}, {90, 4, 4, all, -1, 0},
+               {90, 8, 4, all, 0, 0},    {150, 8, 4, all, 0, 0},   {90, 8, 3, all, -1, 0}, {90, 8, 3, all, 0, 60},
+               {90, 8, 4, ahead, -1, 0}, {40, 4, 0, ahead, -1, 0}, {40, 4, 4, 0, -1, 0}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        begin();
+        looks_at(row[i].bearings, 0, false);
+        turn(row[i].turn_s, row[i].swept_deg);
+        put_post(row[i].az_deg, 3, row[i].age_s);
+        ping.el_aperture_rad = (float)geo_rad(60);
+        for (int k = 0; k < BEAMS; k++)
+            beam[k].blind_m = 1.5f;
+        send();
+        for (size_t k = 0; k < sizeof asks / sizeof *asks; k++)
+            CHECK(asks[k](2.5, 4)->state == ANSWER_CLEAR);
+        now.pose.drift_mps = 0.5;
+        for (size_t k = 0; k < sizeof asks / sizeof *asks; k++)
+            for (double to_m = 0.5; to_m < 2.6; to_m += 0.5) {
+                const struct answer *a = asks[k](to_m, 4);
+                CHECK_INT(a->state, row[i].come_m < 0 ? ANSWER_CLEAR : ANSWER_UNKNOWN);
+                CHECK(a->state == ANSWER_CLEAR || (a->reason == ANSWER_MOVED && a->blind_to_m >= 1.5));
+            }
+        for (int k = 0; k < BEAMS; k++)
+            beam[k].blind_m = 0.75f; /* now it shows that nothing has come */
+        send();
+        for (size_t k = 0; k < sizeof asks / sizeof *asks; k++)
+            CHECK_INT(asks[k](2.5, 4)->state, row[i].come_m == 0 ? ANSWER_UNKNOWN : ANSWER_CLEAR);
+    }
+}
+
+/* Of a fan of 96 degrees off the middle: in which directions it looks depends on how far away that is. */
+TEST(near_holds_where_a_fan_off_the_middle_has_looked)
+{
+    static const struct {
+        double mount_m[2], az_deg, near_m;
+        bool looks;
+    } row[] = {{{0, 0}, 40, 2, true},     {{0, 0}, 55, 2, false},    {{-0.6, 0}, 55, 2, true}, /* 43 degrees */
+               {{-0.6, 0}, 55, 4, true},  {{0.4, 0}, 40, 2, false},                            /* 49 degrees */
+               {{0.4, 0}, 40, 4, true},   {{0, 0.4}, 50, 2, true},   {{0, 0.4}, -42, 2, false},
+               {{0, -0.4}, -50, 2, true}, {{0, -0.4}, 42, 2, false}, {{0, 0.4}, -42, 8, true}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        const struct mount mount = {.attitude = {1, 0, 0, 0},
+                                    .position_m = {row[i].mount_m[0], row[i].mount_m[1]}};
+        begin();
+        ping.seq++;
+        ping.pose = now.pose;
+        ping.pose.t_ns = ping.t_ns;
+        store_enter(store, &ping, &mount);
+        for (double to_m = 0.6; to_m < 1.6; to_m += 0.3) {
+            const struct answer *a = end(&(struct obstacles_query){.line = {.az_rad = geo_rad(row[i].az_deg),
+                                                                            .distance_m = to_m,
+                                                                            .half_angle_rad = geo_rad(1),
+                                                                            .near_m = row[i].near_m}});
+            CHECK_INT(a->state, row[i].looks ? ANSWER_CLEAR : ANSWER_UNKNOWN);
+        }
+    }
+}
+
+int main(void)
+{
+    RUN(clear_to_a_distance_is_clear_to_every_shorter_one);
+    RUN(what_is_next_to_the_vehicle_must_be_observed_or_promised);
+    RUN(near_holds_up_to_what_is_observed);
+    RUN(nothing_is_promised_where_nobody_looked);
+    RUN(blocked_is_an_obstacle_within_the_distance);
+    RUN(an_echo_within_near_that_is_too_little_to_block_bars_the_water);
+    RUN(each_reason_is_told);
+    RUN(what_was_shown_beside_may_have_come_ahead);
+    RUN(near_holds_where_a_fan_off_the_middle_has_looked);
+    return test_end();
+}
