@@ -60,10 +60,12 @@ static bool is_nested(const struct row_beam *beam)
     return beam->side_m < beam->axis_m || beam->edge_m < beam->axis_m;
 }
 
+#define ROUNDING 1e-6
+
 /* The part of a beam that is so far off its axis. */
 static enum part part_at(const struct writing *w, double off_rad)
 {
-    const double share = off_rad / w->shape->half_az_rad - 1e-6;
+    const double share = off_rad / w->shape->half_az_rad - ROUNDING;
     return share <= w->share_az[3] ? PART_AXIS : share <= w->share_az[4] ? PART_SIDE : PART_EDGE;
 }
 
@@ -79,16 +81,18 @@ static double seam_share(const struct row_shape *shape, const struct row_beam *b
     return fmin(most_rad / shape->half_az_rad, 1);
 }
 
+#define NARROWEST 0.95 /* of a part that seams leave hardly any height nothing is gained */
+
 /*
  * What the pattern takes to the side and what it takes upward add up: a part is an ellipse about the axis. Columns and
- * rows make a rectangle within it: as wide as the row's seams want, and no wider than it is high.
+ * rows make a rectangle within it, which is as wide as the row's seams are; or a square, where those lie outside it.
  */
 static void set_shares(struct writing *w, double seam)
 {
     for (int i = 0; i <= ROW_ROWS; i++)
         w->share_az[i] = w->share_el[i] = row_share[i];
     for (int i = 3; i < ROW_ROWS; i++) {
-        w->share_az[i] = fmin(seam, row_share[i] / sqrt(2));
+        w->share_az[i] = seam < NARROWEST * row_share[i] ? seam + ROUNDING : row_share[i] / sqrt(2);
         w->share_el[i] = sqrt(row_share[i] * row_share[i] - w->share_az[i] * w->share_az[i]);
         w->share_az[ROW_ROWS - i] = -w->share_az[i];
         w->share_el[ROW_ROWS - i] = -w->share_el[i];
