@@ -29,18 +29,23 @@ struct verdict_evidence {
     const struct answer_now *now;
 };
 
-#define VERDICT_STARTS 8
+#define VERDICT_STARTS 12
+
+/* Where the water is asked about next: from where it begins, within `near`; from `near` on; beyond the distance. */
+enum verdict_stage { VERDICT_WITHIN, VERDICT_NEAR, VERDICT_BEYOND };
 
 /* Of the cone or corridor, or of a sector. */
 struct verdict_part {
     struct answer answer;
     enum answer_reason against; /* the gravest that stands against clear, whatever is free */
     double hint_m;     /* an echo nearer than `near` that is too little to block; INFINITY: there is none */
+    double obstacle_m; /* the nearest may begin here; INFINITY: there is none */
     double bottom_m;   /* it begins here, in the question's measure; INFINITY: nowhere */
     double promised_m; /* `near` holds up to here */
-    int starts;        /* so often the water was asked, ... */
-    double start_m;    /* ... the last time from here on */
-    bool found;        /* some of it is free: */
+    enum verdict_stage stage;
+    int starts;     /* so often the water was asked, ... */
+    double start_m; /* ... the last time from here on */
+    bool found;     /* some of it is free: */
     double from_m, free_m;
     uint64_t oldest_ns;      /* the record that this rests on; 0: on none */
     double line_at[3];       /* in which direction it was free no farther the last time, ... */

@@ -20,7 +20,8 @@ struct deciding {
     const struct water_view *view;
     double v[3]; /* ahead, right, up */
     double half_rad;
-    double grid_m; /* ranges are divided at its multiples */
+    double lever_m; /* the sensor is so far from the vehicle */
+    double grid_m;  /* ranges are divided at its multiples */
     struct water_pieces *out;
 };
 
@@ -99,6 +100,17 @@ static double least_away(const double *from, const double *along, int n, double 
     return sqrt(sum);
 }
 
+/*
+ * By how much a point of the tile may be nearer to the sensor than the axis at the same t, or farther. With w the
+ * difference of their directions, |P|^2 - |A|^2 is 2 t at.w, for both are t from the vehicle: nothing where the sensor
+ * is there as well.
+ */
+static double nearer_m(const struct deciding *k, double t_m, double close_m)
+{
+    const double wide_m = t_m * k->half_rad, both_m = close_m - wide_m / 2;
+    return both_m > k->lever_m ? wide_m * k->lever_m / both_m : wide_m;
+}
+
 static struct thick thick_of(const struct deciding *k, const struct point *a, const struct point *b)
 {
     const double from[3] = {a->ahead, a->right, a->up};
@@ -109,7 +121,7 @@ static struct thick thick_of(const struct deciding *k, const struct point *a, co
                           .b = *b,
                           .aside_m = thick_m + k->view->margin_rad * far_m + spread_m[1],
                           .up_m = thick_m + k->view->lift_rad * far_m + spread_m[2],
-                          .along_m = thick_m + spread_m[0],
+                          .along_m = k->view->margin_m + nearer_m(k, b->t_m, close_m) + spread_m[0] + ROUNDING_M,
                           .close_m = close_m,
                           .far_m = far_m};
 }
@@ -285,12 +297,16 @@ static void clip_side(const struct deciding *k, double tan_az, double side, doub
 /* Of a wide tile a short stretch is seldom told apart from the next: its parts are asked where that matters. */
 static double grid_of(const struct water_tile *tile)
 {
-    return tile->half_rad > 0.04 ? 4 * WATER_GRID_M : tile->half_rad > 0.02 ? 2 * WATER_GRID_M : WATER_GRID_M;
+    return tile->half_rad > 0.04   ? 4 * WATER_GRID_M
+           : tile->half_rad > 0.02 ? 2 * WATER_GRID_M
+           : tile->half_rad > 0.01 ? WATER_GRID_M
+                                   : WATER_GRID_M / 4;
 }
 
 static struct deciding begin(const struct water_view *view, const struct water_tile *tile)
 {
-    struct deciding k = {.view = view, .half_rad = tile->half_rad, .grid_m = grid_of(tile)};
+    struct deciding k = {
+        .view = view, .half_rad = tile->half_rad, .lever_m = geo_length(view->at_m), .grid_m = grid_of(tile)};
     for (int i = 0; i < 3; i++)
         k.v[i] = (i < 2 ? 1 : -1) * geo_dot(tile->v, view->record->axis[i]);
     return k;
