@@ -116,13 +116,34 @@ void store_follow(struct store *s, const struct pose *pose)
 
 /* ---- pings ---- */
 
+/* Of pings from one place all but the newest are one record, and a new one from time to time: it is as old as its
+ * oldest ping. False: they are not. */
+static bool keep_joined(struct store *s, const struct water_record *before, const struct water_record *middle,
+                        const struct water_record *record)
+{
+    const uint32_t seq[2] = {middle->seq, before->seq};
+    struct water_record joined;
+    if (!thin_is_still(middle, record) || !thin_is_still(before, middle))
+        return false;
+    if (middle->newest_ns - before->t_ns <= THIN_JOINED_NS) {
+        thin_join(before, middle, &joined, &s->joined);
+        for (int i = 0; i < 2; i++)
+            pool_drop(&s->pool, record->sensor, seq[i]);
+        pool_keep(&s->pool, &joined);
+    }
+    pool_keep(&s->pool, record);
+    return true;
+}
+
 /* The record before goes if it is spared. */
 static void keep_thinned(struct store *s, const struct water_record *record)
 {
     const struct water_record *middle = pool_of(&s->pool, record->sensor, 0),
                               *before = pool_of(&s->pool, record->sensor, 1);
-    if (middle && before && middle->newest_ns <= record->t_ns && before->newest_ns <= middle->t_ns &&
-        thin_spares(before, middle, record))
+    const bool follow = middle && before && middle->newest_ns <= record->t_ns && before->newest_ns <= middle->t_ns;
+    if (follow && keep_joined(s, before, middle, record))
+        return;
+    if (follow && thin_spares(before, middle, record))
         pool_drop(&s->pool, record->sensor, middle->seq);
     pool_keep(&s->pool, record);
 }

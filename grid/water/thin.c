@@ -2,6 +2,7 @@
 #include "thin.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "grid/geometry.h"
 
@@ -79,4 +80,68 @@ bool thin_spares(const struct water_record *before, const struct water_record *m
             return false;
     }
     return true;
+}
+
+/* ---- pings from one place ---- */
+
+#define STILL_M   0.01
+#define STILL_COS 0.9999995 /* of 0.057 degrees */
+
+static bool is_same(const double *a, const double *b, int n)
+{
+    for (int i = 0; i < n; i++)
+        if (fabs(a[i] - b[i]) > ALIKE_TAN)
+            return false;
+    return true;
+}
+
+bool thin_is_still(const struct water_record *older, const struct water_record *newer)
+{
+    const struct water_image *a = &older->image, *b = &newer->image;
+    const double way[3] = {older->place_m[0] - newer->place_m[0], older->place_m[1] - newer->place_m[1],
+                           older->place_m[2] - newer->place_m[2]};
+    bool still = geo_length(way) <= STILL_M && newer->path_m - older->path_m <= STILL_M;
+    for (int k = 0; k < 3; k++)
+        still = still && geo_dot(older->axis[k], newer->axis[k]) >= STILL_COS;
+    if (!still || a->columns != b->columns || a->rows != b->rows ||
+        !is_same(a->tan_az, b->tan_az, a->columns + 1) || !is_same(a->tan_el, b->tan_el, a->rows + 1))
+        return false;
+    for (int i = 0; older->echoes && i < a->columns * a->rows; i++)
+        if (a->cell[i].ends != WATER_NO_END &&
+            b->cell[i].least * WATER_UNIT_M > a->cell[i].ends * WATER_UNIT_M + ALIKE_M)
+            return false;
+    return true;
+}
+
+/* A newer echo ends what an older ping found free. */
+static struct water_cell join_cells(struct water_cell older, struct water_cell newer)
+{
+    const uint16_t left = older.least < newer.ends ? older.least : newer.ends,
+                   to = left > newer.least ? left : newer.least;
+    return (struct water_cell){to, to, older.ends < newer.ends ? older.ends : newer.ends};
+}
+
+void thin_join(const struct water_record *older, const struct water_record *newer, struct water_record *joined,
+               struct row_room *room)
+{
+    const struct water_image *a = &older->image, *b = &newer->image;
+    *joined = *newer;
+    joined->t_ns = older->t_ns;
+    joined->path_m = older->path_m;
+    memcpy(joined->drift_m, older->drift_m, sizeof joined->drift_m);
+    joined->uncertain_m = fmax(older->uncertain_m, newer->uncertain_m) + STILL_M;
+    joined->tilt_rad = fmax(older->tilt_rad, newer->tilt_rad) + acos(STILL_COS);
+    for (int k = 0; k < 3; k++)
+        joined->spread_m[k] = fmax(older->spread_m[k], newer->spread_m[k]);
+    joined->echoes = older->echoes || newer->echoes;
+    memcpy(room->tan_az, b->tan_az, (b->columns + 1u) * sizeof *b->tan_az);
+    memcpy(room->tan_el, b->tan_el, (b->rows + 1u) * sizeof *b->tan_el);
+    for (int row = 0; row < b->rows; row++)
+        room->near_m[row] = fmax(a->near_m[row], b->near_m[row]);
+    for (int i = 0; i < b->columns * b->rows; i++)
+        room->cell[i] = join_cells(a->cell[i], b->cell[i]);
+    joined->image.tan_az = room->tan_az;
+    joined->image.tan_el = room->tan_el;
+    joined->image.near_m = room->near_m;
+    water_image_fill(&joined->image, room->cell);
 }
