@@ -361,7 +361,7 @@ static double begins_by(const struct water_view *view, const struct water_tile *
 
 static double round_up(double range_m)
 {
-    return ceil(range_m / WATER_GRID_M) * WATER_GRID_M;
+    return ceil(range_m / STEP_M) * STEP_M;
 }
 
 /* Where beyond from_m, along the line on which it ends, the water begins to be free, or a corridor ends; INFINITY:

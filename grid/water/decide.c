@@ -202,15 +202,6 @@ static struct touched touch(const struct deciding *k, const struct thick *s)
 
 /* ---- the decision ---- */
 
-/* From where on the first and all rows of a part detect. */
-static struct span near_of(const struct water_image *image, const struct water_part *part)
-{
-    struct span near_m = {INFINITY, 0};
-    for (int row = part->row[0]; row <= part->row[1]; row++)
-        take(&near_m, image->near_m[row]);
-    return near_m;
-}
-
 /* What is said of a stretch as a whole; mixed: parts of it may be told otherwise. */
 static struct water_piece judge(const struct deciding *k, const struct thick *s)
 {
@@ -222,10 +213,10 @@ static struct water_piece judge(const struct deciding *k, const struct thick *s)
         return piece;
     const struct water_cell cell = water_image_of(&r->image, &t.part);
     const bool one = t.part.column[0] == t.part.column[1] && t.part.row[0] == t.part.row[1];
-    const struct span near_m = near_of(&r->image, &t.part);
-    const double least_m = cell.least * WATER_UNIT_M, most_m = (cell.most + 1) * WATER_UNIT_M,
+    const double from_m = cell.from * WATER_UNIT_M, least_m = cell.least * WATER_UNIT_M,
+                 most_m = (cell.most + 1) * WATER_UNIT_M,
                  ends_m = cell.ends == WATER_NO_END ? INFINITY : cell.ends * WATER_UNIT_M;
-    if (t.inside && nearest_m >= near_m.high && farthest_m <= least_m) {
+    if (t.inside && nearest_m >= from_m && farthest_m <= least_m) {
         piece.says = k->view->lost ? WATER_NOTHING : WATER_FREE;
         return piece;
     }
@@ -234,7 +225,7 @@ static struct water_piece judge(const struct deciding *k, const struct thick *s)
         return piece;
     }
     const bool may_end = farthest_m > ends_m;
-    const bool may_free = s->close_m < most_m && (!t.inside || s->far_m > near_m.low);
+    const bool may_free = s->close_m < most_m && (!t.inside || s->far_m > r->image.near_m);
     piece.says = may_end ? WATER_ENDED : WATER_NOTHING;
     piece.mixed = may_end || may_free;
     return piece;

@@ -20,6 +20,7 @@ uint32_t water_image_cells(uint32_t columns, uint32_t rows)
 
 static void add_cell(struct water_cell *sum, struct water_cell cell)
 {
+    sum->from = cell.from > sum->from ? cell.from : sum->from;
     sum->least = cell.least < sum->least ? cell.least : sum->least;
     sum->most = cell.most > sum->most ? cell.most : sum->most;
     sum->ends = cell.ends < sum->ends ? cell.ends : sum->ends;

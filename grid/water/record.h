@@ -6,7 +6,7 @@
  *
  * A column is as wide as the part of the water that is the beam's own: halfway to its neighbours, and the whole beam at
  * the ends. Off its axis a beam detects less, so each beam is several rows of the image: axis, side and edge (struct
- * beam_echoes). In a cell the water is free from its row's near_m to its range. From an echo on what older records
+ * beam_echoes). In a cell the water is free from its near range to its far one. From an echo on what older records
  * found free is so no more, and between the two, or without an echo, nothing is said.
  *
  * Azimuths and elevations are kept as tangents in the sensor's frame: no library's trigonometry decides an answer.
@@ -21,10 +21,10 @@
 #define WATER_UNIT_M  0.01 /* of ranges, which are rounded down */
 #define WATER_NO_END  UINT16_MAX
 
-/* Of a part of the image, in units: in all of it the water is free to `least`, in none of it farther than to `most`,
- * and nearer than `ends` no echo ends what is older. */
+/* Of a part of the image, in units: in all of it the water is free from `from` to `least`, in none of it farther than
+ * to `most`, and nearer than `ends` no echo ends what is older. */
 struct water_cell {
-    uint16_t least, most;
+    uint16_t from, least, most;
     uint16_t ends; /* WATER_NO_END: none does */
 };
 
@@ -32,7 +32,7 @@ struct water_image {
     uint16_t columns, rows;
     uint8_t levels; /* of the pyramid; 0 is the image, the last one a column: rows differ, and stay apart */
     const double *tan_az, *tan_el; /* [columns + 1], [rows + 1]: where they begin and end, growing */
-    const double *near_m;          /* [rows]: from there on it detects */
+    double near_m;                 /* nearer it is free nowhere */
     const struct water_cell *cell; /* level by level, row by row */
 };
 

@@ -14,8 +14,8 @@
  * echo of the older one? */
 bool thin_is_still(const struct water_record *older, const struct water_record *newer);
 
-/** thin_join - one record of two that thin_is_still says it of, as old as the older one: in each cell free as far as
- * either has it. O(cells). */
+/** thin_join - one record of two that thin_is_still says it of, as old as the older one and with its axes: in each
+ * cell free as far as either has it. O(cells). */
 void thin_join(const struct water_record *older, const struct water_record *newer, struct water_record *joined,
                struct row_room *room);
 

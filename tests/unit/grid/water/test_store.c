@@ -264,6 +264,33 @@ TEST(a_fan_is_thinned_and_what_one_ping_alone_shows_is_kept)
     CHECK_NEAR(free_at(-1.5, 0), 3.9, 0, 0.13);
 }
 
+/* In a third of its pings each beam detects to its full range at its edges, as far as its neighbour does so in another
+ * third. */
+TEST(what_a_still_fan_frees_in_some_pings_is_free)
+{
+    begin(MOST, 1);
+    for (int k = 0; k < 40; k++) {
+        for (int i = 0; i < MOST; i++) {
+            beam[i].off_axis = true;
+            beam[i].side_to_m = 10;
+            beam[i].edge_from_m = 0.1f;
+            beam[i].edge_to_m = (i + k) % 3 ? 2 : 10;
+        }
+        send();
+    }
+    CHECK(store->pool.n <= 4);
+    CHECK_NEAR(free_at(0, 0), 10, 0, 0.13);
+    CHECK_NEAR(free_at(0.5, 0), 10, 0, 0.13);
+    for (int i = 0; i < MOST; i++) {
+        beam[i].n = 1;
+        beam[i].free_to_m = beam[i].side_to_m = beam[i].edge_to_m = 6;
+    }
+    send();
+    CHECK_NEAR(free_at(0.5, 0), 6, 0, 0.13);
+    ping.t_ns += 28 * SECOND; /* the echo stays, whatever frees the water before it */
+    CHECK_NEAR(free_at(0.5, 0), 6, 0, 0.13);
+}
+
 TEST(a_fan_that_moves_is_kept)
 {
     begin(MOST, 1);
@@ -602,6 +629,7 @@ int main(void)
     RUN(a_head_that_is_deaf_twice_ends_what_both_beams_looked_at);
     RUN(an_own_echo_ends_what_is_behind_it);
     RUN(a_fan_is_thinned_and_what_one_ping_alone_shows_is_kept);
+    RUN(what_a_still_fan_frees_in_some_pings_is_free);
     RUN(a_fan_that_moves_is_kept);
     RUN(old_water_is_free_no_more);
     RUN(a_ping_whose_pose_is_hardly_known_ends_nothing);
