@@ -343,19 +343,21 @@ static double farthest_start_m(const struct verdict *v)
 
 #define MORE 1.2 /* times as far, at least: a corridor has many lines that begin late */
 
-#define STEP_M (WATER_GRID_M / 4)
+#define STEP_M     (WATER_GRID_M / 4)
+#define STEP_SHARE 0.0625 /* of the range: the farther away, the fewer places are tried */
 
 /* Where beyond from_m the water begins to be free along a line, by one record; INFINITY: nowhere before most_m. */
 static double begins_by(const struct water_view *view, const struct water_tile *line, double from_m, double most_m)
 {
     struct water_pieces said;
+    const double least_m = from_m + fmax(STEP_M, STEP_SHARE * from_m);
     double begin_m = from_m, end_m = most_m;
     if (!(from_m < most_m) || !water_touches(view, line, &begin_m, &end_m))
         return INFINITY;
     water_decide(view, line, begin_m, end_m, &said);
     for (int k = 0; k < said.n; k++)
-        if (said.piece[k].says == WATER_FREE && said.piece[k].to_m > from_m + STEP_M)
-            return fmax(said.piece[k].from_m, from_m + STEP_M);
+        if (said.piece[k].says == WATER_FREE && said.piece[k].to_m > least_m)
+            return fmax(said.piece[k].from_m, least_m);
     return INFINITY;
 }
 
@@ -417,14 +419,16 @@ static int by_size(const void *a, const void *b)
 }
 
 #define MOST_PARTS 0.75
+#define SOME_PARTS 24 /* evenly around */
 
 /* Where most parts' water begins, within `near`. The first of a corridor's lies to its sides, which few beams see. */
 static double most_begin_m(const struct verdict *v)
 {
-    double begin_m[ANSWER_SECTORS_MAX];
+    double begin_m[SOME_PARTS];
+    const size_t some = v->parts < SOME_PARTS ? v->parts : SOME_PARTS;
     size_t n = 0;
-    for (size_t k = 0; k < v->parts && !v->query.line.corridor; k++) {
-        begin_m[n] = begins_within_m(v, k);
+    for (size_t k = 0; k < some && !v->query.line.corridor; k++) {
+        begin_m[n] = begins_within_m(v, k * v->parts / some);
         n += isfinite(begin_m[n]);
     }
     if (n == 0)
@@ -455,7 +459,9 @@ static void take_water(struct verdict *v, struct verdict_part *part, const struc
         part->free_m = fmax(part->free_m, water->free_to_m);
         return;
     }
-    if (found && (counts || !part->found)) {
+    const bool longer =
+        part->from_m > part->promised_m && water->free_to_m - part->start_m > part->free_m - part->from_m;
+    if (found && (counts || !part->found || longer)) {
         part->found = true;
         part->from_m = part->start_m;
         part->free_m = water->free_to_m;
@@ -510,7 +516,7 @@ static double next_within(const struct verdict *v, struct verdict_part *part)
 }
 
 /* Up to where `near` holds; half as far, and again, as long as that is not the vehicle itself; then beyond it, where
- * the water begins. Negative: nowhere else. These are the same places for all distances. */
+ * the water begins, or begins again. Negative: nowhere else. These are the same places for all distances. */
 static double next_start(const struct verdict *v, struct verdict_part *part)
 {
     if (part->starts == VERDICT_STARTS)
@@ -523,9 +529,10 @@ static double next_start(const struct verdict *v, struct verdict_part *part)
         return -1;
     if (part->start_m <= near_of(v) && part->start_m > v->own_m)
         return fmax(part->start_m / 2, v->own_m);
-    if (part->found)
+    if (part->free_m >= distance_of(v))
         return -1;
-    const double from_m = begins_m(v, part, fmax(part->start_m, near_of(v)), farthest_start_m(v));
+    const double known_m = part->found ? part->free_m : near_of(v);
+    const double from_m = begins_m(v, part, fmax(part->start_m, known_m), farthest_start_m(v));
     return from_m > near_of(v) && from_m < farthest_start_m(v) ? from_m : -1;
 }
 
