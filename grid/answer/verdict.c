@@ -660,24 +660,35 @@ bool verdict_begin(struct verdict *v, const struct verdict_evidence *by, const s
     v->parts = obstacles_parts(query);
     v->next = 0;
     v->all = true;
+    v->begun = false;
     v->n_aside = -1;
     while (sight_reads(&r))
         possible = look_at_picture(v);
     if (!possible)
         return false;
+    heed_shown(v);
+    return true;
+}
+
+/* The first look at the records. */
+static void begin_asking(struct verdict *v)
+{
     const struct store_now now = now_of(v);
-    v->n = store_look(by->store, by->list, &now, v->view);
+    v->begun = true;
+    v->n = store_look(v->by.store, v->by.list, &now, v->view);
     const double begin_m = most_begin_m(v);
     for (size_t k = 0; k < v->parts; k++)
         v->part[k].stage = begin_m < near_of(v) ? VERDICT_WITHIN : VERDICT_NEAR;
     ask_from(v, 0, begin_m);
     heed_bottom(v);
-    heed_shown(v);
-    return true;
 }
 
 bool verdict_step(struct verdict *v)
 {
+    if (!v->begun) {
+        begin_asking(v);
+        return true;
+    }
     if (v->asking && ask_step(&v->ask))
         return true;
     if (v->asking)

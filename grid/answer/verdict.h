@@ -60,7 +60,7 @@ struct verdict {
     struct picture_frame frame;
     struct sight_place place;
     size_t parts, next; /* of the parts the next one that is settled; at first all are asked together */
-    bool all, asking;
+    bool begun, all, asking;
     struct verdict_part part[ANSWER_SECTORS_MAX];
     int n, n_aside; /* negative: not looked at yet */
     struct water_view view[ASK_RECORDS], aside[ASK_RECORDS];
