@@ -181,10 +181,12 @@ static void ask(struct pipeline *pipeline, const struct conf *conf)
     const struct answer_conf limits = scans_limits(conf);
     const struct answer_now now = {
         .now_ns = sound.ping.t_in_ns, .pose_fresh = sound.world.posed, .pose = sound.ping.pose};
-    const struct obstacles_query query = {
-        .around = true,
-        .band = {
-            .lo_rad = -LEVEL_RAD, .hi_rad = LEVEL_RAD, .near_m = OWN_M, .reach_m = sound.world.range_m, .count = SECTORS}};
+    const struct obstacles_query query = {.around = true,
+                                          .band = {.lo_rad = -LEVEL_RAD,
+                                                   .hi_rad = LEVEL_RAD,
+                                                   .near_m = OWN_M,
+                                                   .reach_m = sound.world.range_m,
+                                                   .count = SECTORS}};
     static struct verdict verdict;
     struct records *records = pipeline_records(pipeline);
     struct records_reading reading = {0};

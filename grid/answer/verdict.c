@@ -2,7 +2,6 @@
 #include "verdict.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "promise.h"
@@ -131,8 +130,8 @@ static double most_bottom_m(const struct verdict *v, const struct question_run *
     return most_m;
 }
 
-/* How far the parts that the tile touches are free of the bottom. Roots come from the lowest on, so most that are higher
- * can tell nothing nearer and are not divided. */
+/* How far the parts that the tile touches are free of the bottom. Roots come from the lowest on, so most that are
+ * higher can tell nothing nearer and are not divided. */
 static void heed_bottom_in(struct verdict *v, const struct bottom *bottom, const struct tile_index *tile)
 {
     const struct question_shape *q = &v->ask.question;
@@ -412,10 +411,12 @@ static double begins_within_m(const struct verdict *v, size_t part)
     return least_m;
 }
 
-static int by_size(const void *a, const void *b)
+/* Into n that grow. */
+static void insert(double *sorted, size_t n, double x)
 {
-    const double x = *(const double *)a, y = *(const double *)b;
-    return x < y ? -1 : x > y;
+    for (; n > 0 && sorted[n - 1] > x; n--)
+        sorted[n] = sorted[n - 1];
+    sorted[n] = x;
 }
 
 #define MOST_PARTS 0.75
@@ -428,12 +429,12 @@ static double most_begin_m(const struct verdict *v)
     const size_t some = v->parts < SOME_PARTS ? v->parts : SOME_PARTS;
     size_t n = 0;
     for (size_t k = 0; k < some && !v->query.line.corridor; k++) {
-        begin_m[n] = begins_within_m(v, k * v->parts / some);
-        n += isfinite(begin_m[n]);
+        const double one_m = begins_within_m(v, k * v->parts / some);
+        if (isfinite(one_m))
+            insert(begin_m, n++, one_m);
     }
     if (n == 0)
         return near_of(v);
-    qsort(begin_m, n, sizeof *begin_m, by_size);
     return fmin(round_up(begin_m[(size_t)(MOST_PARTS * (double)(n - 1))]), near_of(v));
 }
 
