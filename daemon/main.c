@@ -549,6 +549,7 @@ static bool take_pose_text(void *ctx, const void *text, size_t n, struct fault *
 static void name_seams(struct process *d)
 {
     d->env.reload = (struct reload_env){.options = d->options,
+                                        .source = d->env.source,
                                         .conf_name = d->env.conf_name,
                                         .conf = &d->env.conf,
                                         .loop = d->env.loop,

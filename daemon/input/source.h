@@ -68,6 +68,10 @@ void source_start(struct source *s); /* first try to open */
 /** source_steer - look there more often, or there alone (as device_ops.steer); for sonars that are steered. */
 void source_steer(struct source *s, double from_rad, double to_rad, bool only);
 
+/** source_retune - tell it range, gain and mode of *conf, which source_check approves; of a device that can be told
+ * (device_ops.retune). */
+void source_retune(struct source *s, const struct conf_sonar *conf, const struct conf_water *water);
+
 /** source_feed - replay: bytes as they were read, and when they had come. */
 void source_feed(struct source *s, const uint8_t *bytes, size_t n, const struct record_time *came);
 void source_stop(struct source *s);          /* ask the hardware to be quiet */

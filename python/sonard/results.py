@@ -415,6 +415,15 @@ class GpioState(TypedDict):
     trigger: List[GpioTrigger]
 
 
+class Tuning(TypedDict):
+    range_m: float
+    range_least_m: float
+    range_most_m: float
+    gain: Optional[int]
+    gain_most: int
+    mode: Optional[Literal["auto", "transmit", "request"]]
+
+
 class _PlacedSensor(TypedDict):
     name: str
     device: str
@@ -456,6 +465,7 @@ class _PlacedSensor(TypedDict):
     rotation_deg: List[float]
     sector_deg: List[float]
     heard: bool
+    tuning: Optional[Tuning]
 
 
 class PlacedSensor(_PlacedSensor, total=False):
