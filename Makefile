@@ -473,6 +473,7 @@ FILES     = $(BUILD)/sonard:$(PREFIX)/sbin/sonard:755 $(BUILD)/sonarctl:$(PREFIX
             python/sonard-report:$(PREFIX)/bin/sonard-report:755 python/sonard-poses:$(PREFIX)/bin/sonard-poses:755 \
             python/sonard-rosbag:$(PREFIX)/bin/sonard-rosbag:755 python/sonard-import:$(PREFIX)/bin/sonard-import:755 \
             python/mcap_file.py:$(PREFIX)/share/sonard-tools/mcap_file.py:644 \
+            python/sonard_tool.py:$(PREFIX)/share/sonard-tools/sonard_tool.py:644 VERSION:$(PREFIX)/share/sonard-tools/VERSION:644 \
             $(if $(WEB),$(BUILD)/sonard-web:$(PREFIX)/sbin/sonard-web:755) \
             $(foreach p,$(PAGE),report/$(p):$(PREFIX)/share/sonard-report/$(p):644) \
             $(foreach m,$(MAN),$(m):$(PREFIX)/share/man/man$(subst .,,$(suffix $(m)))/$(notdir $(m)):644) \
