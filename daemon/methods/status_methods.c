@@ -319,6 +319,7 @@ static void write_open_record(struct json_out *out, const struct methods_env *d)
     json_member_outside(out, "path", r->path);
     json_member_count(out, "parts", r->segments);
     json_member_count(out, "messages", r->messages);
+    json_member_count(out, "recording_messages", s.messages_here);
     json_member_count(out, "lost_messages", r->lost_messages);
     json_member_count(out, "overflows", s.overflows);
     json_member_count(out, "waiting_bytes", s.waiting_bytes);

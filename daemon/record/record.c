@@ -39,7 +39,8 @@ struct record {
     /* the loop's */
     uint32_t filling; /* the block that messages go to, or NO_BLOCK */
     uint64_t messages, overflows, taken_bytes;
-    bool paused, told; /* as asked for, and as the thread was told in order with the messages */
+    uint64_t messages_before; /* the present recording */
+    bool paused, told;        /* as asked for, and as the thread was told in order with the messages */
 
     /* the thread's, once it runs */
     struct segments *segments;
@@ -178,6 +179,8 @@ void record_tick(struct record *rec)
 
 void record_pause(struct record *rec, bool paused)
 {
+    if (rec->paused && !paused)
+        rec->messages_before = rec->messages;
     rec->paused = paused;
     tell(rec);
     hand_over(rec);
@@ -193,6 +196,7 @@ void record_status(struct record *rec, struct record_status *out)
     snapshot_read(&rec->status, &out->segments);
     out->overflows = rec->overflows;
     out->segments.messages = rec->messages;
+    out->messages_here = rec->messages - rec->messages_before;
     out->segments.lost_messages += rec->overflows;
     out->waiting_bytes = rec->taken_bytes - atomic_load_explicit(&rec->written_bytes, memory_order_relaxed);
 }

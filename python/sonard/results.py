@@ -326,6 +326,7 @@ class RecordState(TypedDict):
     path: str
     parts: int
     messages: int
+    recording_messages: int
     lost_messages: int
     overflows: int
     waiting_bytes: int
