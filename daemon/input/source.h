@@ -46,7 +46,7 @@ struct source_stats {
     bool open;
     uint64_t bytes_in, bytes_out, bytes_not_sent;
     uint64_t reconnects;
-    uint64_t undated_pings; /* whose bytes waited while the process was held up, nobody knows since when */
+    uint64_t undated_pings; /* received while the process was stalled, at an unknown time */
     struct serial_mirror_status tap;
     uint64_t port_lost, port_refused, port_strangers; /* see struct port */
     struct port_bus bus;
