@@ -1,8 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# first_clear.sh - in a clean Debian, as root, beside a package and a ping360_sim: what README's "On a vehicle" says, from
-# the installation to the first "clear", then to the page and to Python. Prints what a person types and what comes. Changes the system that it runs in:
-# tests/deb.sh runs it in a Debian of its own.
+# first_clear.sh - in a clean Debian, as root, beside packages and a ping360_sim: what README's "On a vehicle" says, from
+# the installation to the first "clear", then to the page and to Python. Prints what a person types and what comes. Changes
+# the system that it runs in: tests/deb.sh runs it in a Debian of its own.
 set -u
 cd "$(dirname "$0")" || exit 1
 
