@@ -23,6 +23,7 @@ static const char usage_text[] =
     "       sonarctl capture info FILE\n"
     "       sonarctl capture repair IN OUT\n"
     "       sonarctl capture export --csv FILE [OUT]\n"
+    "       sonarctl capture export --foxglove [--conf CONF] FILE OUT.mcap\n"
     "       sonarctl capture add-pose [--offset S] FILE POSES OUT\n"
     "\n"
     "import  make a capture from a recording of another program: sonard-import(1). sonard-rosbag(1) makes them "
@@ -32,7 +33,9 @@ static const char usage_text[] =
     "        it is not closed: still being written, or cut off\n"
     "repair  write what is readable of a damaged or cut-off capture as a complete one, and say what is left out\n"
     "export  pings of a Ping360 or a SeaNet head as t_s,bearing_deg,range_max_m,n,v0.., what is not received\n"
-    "        from a sonar as topic,t_s,hex; received bytes of other devices are left out\n"
+    "        from a sonar as topic,t_s,hex; received bytes of other devices are left out.\n"
+    "        --foxglove: a file that Foxglove shows: pings, image, echoes, sectors, pose, map and log, as sonard\n"
+    "        answers when it replays the capture, with its configuration or CONF\n"
     "add-pose\n"
     "        a copy with the poses of another log: lines of JSON as sonard-poses prints them, S seconds later; "
     "where\n"
@@ -167,16 +170,26 @@ static int add_pose(int n, char **file, const char *offset)
     return capture_add_pose(file[0], file[1], file[2], offset_s);
 }
 
-static int run_command(const char *command, int n, char **file, bool csv)
+static int export(int n, char **file, int form, const char *conf)
 {
-    if (strcmp(command, "export") == 0) {
-        if (!csv)
-            return wrong_usage("export needs --csv, the only form there is");
+    if (!form)
+        return wrong_usage("export needs --csv or --foxglove");
+    if (form == 'v') {
+        if (conf)
+            return wrong_usage("--conf belongs to import and export --foxglove");
         return n == 1 || n == 2 ? capture_export(file[0], n == 2 ? file[1] : NULL)
-                                : wrong_usage("export needs one file, or two");
+                                : wrong_usage("export --csv needs one file, or two");
     }
-    if (csv)
-        return wrong_usage("--csv belongs to export");
+    return n == 2 ? capture_export_view(file[0], file[1], conf)
+                  : wrong_usage("export --foxglove needs two files, FILE and OUT.mcap");
+}
+
+static int run_command(const char *command, int n, char **file, int form, const char *conf)
+{
+    if (strcmp(command, "export") == 0)
+        return export(n, file, form, conf);
+    if (form || conf)
+        return wrong_usage("--csv, --foxglove and --conf belong to export");
     if (strcmp(command, "info") == 0)
         return n == 1 ? capture_info(file[0]) : wrong_usage("info needs one file");
     if (strcmp(command, "repair") == 0)
@@ -186,19 +199,23 @@ static int run_command(const char *command, int n, char **file, bool csv)
 
 static int command_line(int argc, char **argv)
 {
-    static const struct option options[] = {{"csv", no_argument, NULL, 'v'},
-                                            {"offset", required_argument, NULL, 'o'},
-                                            {"help", no_argument, NULL, 'h'},
-                                            {NULL, 0, NULL, 0}};
-    const char *offset = NULL;
-    bool csv = false;
+    static const struct option options[] = {
+        {"csv", no_argument, NULL, 'v'},        {"foxglove", no_argument, NULL, 'f'},
+        {"conf", required_argument, NULL, 'c'}, {"offset", required_argument, NULL, 'o'},
+        {"help", no_argument, NULL, 'h'},       {NULL, 0, NULL, 0}};
+    const char *offset = NULL, *conf = NULL;
+    int form = 0;
     if (argc > 1 && strcmp(argv[1], "import") == 0)
         return run_import(argv + 1);
     optind = 0; /* the caller may have used getopt */
     for (int c; (c = getopt_long(argc, argv, "h", options, NULL)) != -1;) {
         switch (c) {
         case 'v':
-            csv = true;
+        case 'f':
+            form = c;
+            break;
+        case 'c':
+            conf = optarg;
             break;
         case 'o':
             offset = optarg;
@@ -214,11 +231,11 @@ static int command_line(int argc, char **argv)
         return wrong_usage("no command");
     if (strcmp(argv[optind], "import") == 0)
         return wrong_usage("import comes first: its options follow it");
-    if (strcmp(argv[optind], "add-pose") == 0 && !csv)
+    if (strcmp(argv[optind], "add-pose") == 0 && !form && !conf)
         return add_pose(argc - optind - 1, argv + optind + 1, offset);
     if (offset)
         return wrong_usage("--offset belongs to add-pose");
-    return run_command(argv[optind], argc - optind - 1, argv + optind + 1, csv);
+    return run_command(argv[optind], argc - optind - 1, argv + optind + 1, form, conf);
 }
 
 int capture_main(int argc, char **argv)

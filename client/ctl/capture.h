@@ -20,6 +20,12 @@ int capture_info(const char *path);
 int capture_export(const char *path, const char *out_path);
 
 /**
+ * capture_export_view - what viewers are shown of the capture `path`, as the new file out_path. conf: a configuration;
+ * NULL: the capture's own.
+ */
+int capture_export_view(const char *path, const char *out_path, const char *conf);
+
+/**
  * capture_add_pose - the capture `path` with the poses of the file `poses_path`, offset_s later than they say, as the
  * new file out_path. 0, or 1 after a message on standard error.
  */

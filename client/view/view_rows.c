@@ -97,18 +97,39 @@ void view_rows_forget(struct view_rows *rows)
         rows->row[i].changed = 0;
 }
 
+static int oldest_first(const void *a, const void *b)
+{
+    const json_t *const *x = a, *const *y = b;
+    const double older = number(*x, "age_s"), newer = number(*y, "age_s");
+
+    return (older < newer) - (older > newer);
+}
+
+/* The rows of an image come by azimuth. */
+static size_t by_age(const json_t *said, const json_t *row[VIEW_ROWS_MAX])
+{
+    size_t n = json_array_size(said);
+
+    n = n < VIEW_ROWS_MAX ? n : VIEW_ROWS_MAX;
+    for (size_t i = 0; i < n; i++)
+        row[i] = json_array_get(said, i);
+    qsort(row, n, sizeof *row, oldest_first);
+    return n;
+}
+
 void view_rows_take(struct view_rows *rows, const json_t *image)
 {
-    const json_t *said = json_object_get(image, "rows");
+    const json_t *said[VIEW_ROWS_MAX];
+    const size_t n = by_age(json_object_get(image, "rows"), said);
     const char *sensor = json_string_value(json_object_get(image, "sensor"));
     struct view_row row;
 
     rows->t_unix = number(image, "t_unix");
     snprintf(rows->sensor, sizeof rows->sensor, "%s", sensor ? sensor : "");
-    for (size_t i = 0; i < json_array_size(said); i++) {
+    for (size_t i = 0; i < n; i++) {
         struct view_row *at;
 
-        if (!read_row(&row, json_array_get(said, i), rows->t_unix) || !(at = place(rows, row.az_deg)))
+        if (!read_row(&row, said[i], rows->t_unix) || !(at = place(rows, row.az_deg)))
             continue;
         if (at->changed && fabs(at->t_unix - row.t_unix) < SAME_S)
             continue;

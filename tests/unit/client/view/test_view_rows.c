@@ -137,6 +137,26 @@ TEST(what_is_no_row)
     CHECK_INT(view_rows_part(&rows, &seen, out), 0);
 }
 
+/* The daemon sends them by azimuth; a head that turns back pings them the other way round. */
+TEST(rows_of_one_answer_change_in_the_order_of_their_pings)
+{
+    static const char text[] =
+        "{\"t_unix\":1000,\"rows\":["
+        "{\"azimuth_deg\":1,\"width_deg\":1,\"r0_m\":0,\"r1_m\":1,\"age_s\":0.1,\"state\":\"silent\"},"
+        "{\"azimuth_deg\":2,\"width_deg\":1,\"r0_m\":0,\"r1_m\":1,\"age_s\":0.3,\"state\":\"silent\"},"
+        "{\"azimuth_deg\":3,\"width_deg\":1,\"r0_m\":0,\"r1_m\":1,\"age_s\":0.2,\"state\":\"silent\"}]}";
+    static const float want[] = {2, 3, 1};
+    json_t *image = json_loads(text, 0, NULL);
+
+    begin();
+    view_rows_take(&rows, image);
+    json_decref(image);
+    for (size_t i = 0; i < 3; i++) {
+        CHECK_INT(rows.row[i].changed, i + 1);
+        CHECK_NEAR(rows.row[i].az_deg, want[i], 0, 0);
+    }
+}
+
 TEST(odd_and_wrong_digits_end_the_bins)
 {
     uint64_t seen = 0;
@@ -170,6 +190,7 @@ int main(void)
     RUN(who_is_slow_gets_the_newest);
     RUN(forgotten_rows_do_not_come_back);
     RUN(what_is_no_row);
+    RUN(rows_of_one_answer_change_in_the_order_of_their_pings);
     RUN(odd_and_wrong_digits_end_the_bins);
     RUN(more_bins_and_directions_than_there_is_room);
     return test_end();
