@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * capture_view - `sonarctl capture export --foxglove`: what the live viewers are shown (view_topics.h), of a capture. A
- * sonard of its own plays it, a tenth of a second after the other, and each message has the capture's time.
+ * capture_view - `sonarctl capture export --foxglove` and `--ros2`: what live viewers are shown (view_topics.h), of a
+ * capture. A sonard of its own plays it, a tenth of a second after the other; each message has the capture's time.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -9,7 +9,9 @@
 
 #include "capture.h"
 #include "capture_file.h"
+#include "client/view/cdr.h"
 #include "client/view/protobuf.h"
+#include "client/view/ros2.h"
 #include "client/view/view_topics.h"
 #include "played.h"
 
@@ -24,8 +26,16 @@ struct asked {
     json_t *params, *result;
 };
 
-struct export
-{
+/* What a file is made of. */
+struct form {
+    const char *profile, *encoding, *schema_encoding;
+    const struct message_type *(*type)(const struct view_topic *topic); /* NULL: it is not in the file */
+    void (*schema)(const struct message_type *type, struct bytes *out);
+    void (*encode)(const struct view_topic *topic, const json_t *message, struct bytes *out);
+};
+
+struct exporter {
+    const struct form *form;
     struct played played;
     struct mcap_writer *out;
     int channel[VIEW_TOPICS];
@@ -37,27 +47,64 @@ struct export
     double now_unix;
 };
 
-static bool add_channels(struct export *e, struct fault *fault)
+/* ---- the two forms ---- */
+
+static const struct message_type *ros2_type(const struct view_topic *topic)
+{
+    const struct ros2_topic *ros = ros2_topic(topic->topic);
+
+    return ros ? ros->type : NULL;
+}
+
+static void encode_foxglove(const struct view_topic *topic, const json_t *message, struct bytes *out)
+{
+    protobuf_message(view_topic_type(topic), message, out);
+}
+
+static void encode_ros2(const struct view_topic *topic, const json_t *message, struct bytes *out)
+{
+    json_t *converted = ros2_topic(topic->topic)->convert(message);
+
+    out->failed = !converted;
+    cdr_message(ros2_type(topic), converted, out);
+    json_decref(converted);
+}
+
+static const struct form forms[] = {
+    [CAPTURE_VIEW_FOXGLOVE] = {"", "protobuf", "protobuf", view_topic_type, protobuf_schema, encode_foxglove},
+    [CAPTURE_VIEW_ROS2] = {"ros2", "cdr", "ros2msg", ros2_type, cdr_schema, encode_ros2},
+};
+
+/* ---- the file ---- */
+
+static int add_channel(struct exporter *e, const char *topic, const struct message_type *type, struct fault *fault)
+{
+    struct bytes schema = {0};
+    int id = -1;
+
+    e->form->schema(type, &schema);
+    if (schema.failed)
+        fault_set(fault, "out of memory");
+    else
+        id = mcap_add_schema(e->out, type->name, e->form->schema_encoding, schema.data, schema.size, fault);
+    free(schema.data);
+    return id > 0 ? mcap_add_channel_of(e->out, id, topic, e->form->encoding, fault) : -1;
+}
+
+static bool add_channels(struct exporter *e, struct fault *fault)
 {
     for (int i = 0; i < VIEW_TOPICS; i++) {
-        const struct message_type *type = view_topic_type(&view_topics[i]);
-        struct bytes schema = {0};
+        const struct message_type *type = e->form->type(&view_topics[i]);
 
-        if (type)
-            protobuf_schema(type, &schema);
-        const int id = type && !schema.failed
-                           ? mcap_add_schema(e->out, type->name, "protobuf", schema.data, schema.size, fault)
-                           : -fault_set(fault, "out of memory") - 1;
-        free(schema.data);
-        e->channel[i] = id > 0 ? mcap_add_channel_of(e->out, id, view_topics[i].topic, "protobuf", fault) : -1;
-        if (e->channel[i] < 0)
+        e->channel[i] = type ? add_channel(e, view_topics[i].topic, type, fault) : -1;
+        if (type && e->channel[i] < 0)
             return false;
     }
     return true;
 }
 
 /* The answer that a topic is made from; NULL: there is none, as of a map that is not kept. */
-static struct asked *ask(struct export *e, const struct view_topic *topic)
+static struct asked *ask(struct exporter *e, const struct view_topic *topic)
 {
     struct asked *asked = e->asked;
 
@@ -88,23 +135,21 @@ static uint64_t time_in(const json_t *message)
            (uint64_t)json_integer_value(json_object_get(t, "nanos"));
 }
 
-static bool put_message(struct export *e, int i, const json_t *message, struct fault *fault)
+static bool put_message(struct exporter *e, int i, const json_t *message, struct fault *fault)
 {
-    const uint64_t own_ns = time_in(message);
+    const uint64_t own_ns = time_in(message), t_ns = own_ns ? own_ns : (uint64_t)(e->now_unix * 1e9);
     struct bytes bytes = {0};
 
-    protobuf_message(view_topic_type(&view_topics[i]), message, &bytes);
-    const struct mcap_message record = {.log_ns = own_ns ? own_ns : (uint64_t)(e->now_unix * 1e9),
-                                        .publish_ns = own_ns ? own_ns : (uint64_t)(e->now_unix * 1e9),
-                                        .data = bytes.data,
-                                        .size = bytes.size};
+    e->form->encode(&view_topics[i], message, &bytes);
+    const struct mcap_message record = {
+        .log_ns = t_ns, .publish_ns = t_ns, .data = bytes.data, .size = bytes.size};
     const bool ok = !bytes.failed ? mcap_write_message(e->out, e->channel[i], &record, fault)
                                   : fault_set(fault, "out of memory");
     free(bytes.data);
     return ok;
 }
 
-static bool put_topic(struct export *e, int i, struct fault *fault)
+static bool put_topic(struct exporter *e, int i, struct fault *fault)
 {
     const struct view_topic *topic = &view_topics[i];
     const struct asked *asked = ask(e, topic);
@@ -122,7 +167,7 @@ static bool put_topic(struct export *e, int i, struct fault *fault)
     return ok;
 }
 
-static bool put_moment(struct export *e, struct fault *fault)
+static bool put_moment(struct exporter *e, struct fault *fault)
 {
     json_t *status = played_ask(&e->played, "status", NULL);
     bool ok = true;
@@ -132,7 +177,7 @@ static bool put_moment(struct export *e, struct fault *fault)
     e->now_unix = json_number_value(json_object_get(status, "t_unix"));
     json_decref(status);
     for (int i = 0; ok && i < VIEW_TOPICS; i++) {
-        if (e->played.position_s < e->due_s[i])
+        if (e->channel[i] < 0 || e->played.position_s < e->due_s[i])
             continue;
         e->due_s[i] = e->played.position_s + view_topics[i].period_s - STEP_S / 2;
         ok = put_topic(e, i, fault);
@@ -144,7 +189,7 @@ static bool put_moment(struct export *e, struct fault *fault)
     return ok;
 }
 
-static bool play(struct export *e, struct fault *fault)
+static bool play(struct exporter *e, struct fault *fault)
 {
     for (double at_s = STEP_S, end_s = e->played.length_s; at_s < end_s + STEP_S; at_s += STEP_S) {
         if (!played_go(&e->played, fmin(at_s, end_s), fault) || !put_moment(e, fault))
@@ -154,17 +199,18 @@ static bool play(struct export *e, struct fault *fault)
     return true;
 }
 
-int capture_export_view(const char *path, const char *out_path, const char *conf)
+int capture_export_view(const char *path, const char *out_path, enum capture_view_form form, const char *conf)
 {
-    struct export *e = calloc(1, sizeof *e);
+    struct exporter *e = calloc(1, sizeof *e);
     struct fault fault;
     int status = 1;
 
     if (!e)
         return capture_failed("out of memory");
+    e->form = &forms[form];
     if (!played_start(&e->played, path, conf, &fault))
         capture_failed("%s", fault.text);
-    else if ((e->out = capture_create(out_path, MESSAGE_BYTES)))
+    else if ((e->out = capture_create(out_path, e->form->profile, MESSAGE_BYTES)))
         status = capture_finish(e->out, out_path, add_channels(e, &fault) && play(e, &fault), &fault);
     played_stop(&e->played);
     for (size_t i = 0; i < e->n_asked; i++)

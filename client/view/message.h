@@ -9,9 +9,10 @@
 
 #include <stdbool.h>
 
-/* Numbered as Protocol Buffers number the types of fields. */
+/* Numbered as Protocol Buffers number the types of fields; those from 100 on only ROS has. */
 enum message_kind {
     MESSAGE_DOUBLE = 1,
+    MESSAGE_FLOAT = 2,
     MESSAGE_INT64 = 3,
     MESSAGE_INT32 = 5,
     MESSAGE_FIXED32 = 7,
@@ -20,13 +21,15 @@ enum message_kind {
     MESSAGE_OBJECT = 11,
     MESSAGE_BYTES = 12,
     MESSAGE_WORD = 14, /* one of a list, as its place there */
+    MESSAGE_UINT8 = 100,
+    MESSAGE_SIGNED_BYTES, /* as MESSAGE_BYTES, which a reader takes for numbers with a sign */
 };
 
 struct message_type;
 
 struct message_field {
     const char *name; /* NULL ends the list */
-    int number;
+    int number;       /* of Protocol Buffers */
     enum message_kind kind;
     bool repeated;
     bool maybe;                    /* a number that is null is told, as NaN, and not left out */
@@ -35,7 +38,7 @@ struct message_field {
 };
 
 struct message_type {
-    const char *name; /* with its package: foxglove.Log */
+    const char *name; /* with its package: foxglove.Log, std_msgs/msg/Header */
     const struct message_field *fields;
 };
 

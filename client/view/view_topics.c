@@ -34,10 +34,9 @@ static const char *text(const json_t *object, const char *key)
 
 static json_t *time_of(double t_unix)
 {
-    const double s = t_unix > 0 && t_unix < 1e11 ? floor(t_unix) : 0;
+    const double t = t_unix > 0 && t_unix < 1e11 ? t_unix : 0, s = floor(t);
 
-    return json_pack("{s:I, s:I}", "seconds", (json_int_t)s, "nanos",
-                     (json_int_t)((s > 0 ? t_unix - s : 0) * 1e9));
+    return json_pack("{s:I, s:I}", "seconds", (json_int_t)s, "nanos", (json_int_t)((t - s) * 1e9));
 }
 
 static json_t *vector(double x, double y, double z)
@@ -247,23 +246,41 @@ static json_t *range_of(const json_t *sector)
     return clear ? json_string("inf") : json_null();
 }
 
-/* The nearest obstacle of each sector, counter-clockwise from astern. */
+/* The same for readers who take infinity for free water up to far_m: no obstacle is beyond that. */
+static json_t *judged_of(const json_t *sector, double far_m)
+{
+    const char *state = text(sector, "state");
+    const double range_m = number(sector, "range_m");
+
+    if (strcmp(state, "blocked") == 0 && isfinite(range_m))
+        return json_real(fmin(range_m, far_m));
+    return strcmp(state, "clear") == 0 ? json_string("inf") : json_null();
+}
+
+/* The nearest obstacle of each sector, counter-clockwise from astern. Foxglove knows nothing of far_m and judged. */
 static json_t *make_scan(const struct view_source *source, struct view_cursor *cursor)
 {
     const json_t *sectors = json_object_get(source->result, "sectors");
     const size_t n = json_array_size(sectors);
-    const double width = 2 * PI / (double)n, start = -width * (double)(n / 2);
-    json_t *ranges;
+    const double width = 2 * PI / (double)n, start = -width * (double)(n / 2),
+                 far_m = number(source->result, "distance_m");
+    json_t *ranges, *judged;
 
     (void)cursor;
-    if (n == 0)
+    if (n == 0 || !isfinite(far_m))
         return NULL;
     ranges = json_array();
-    for (size_t i = 0; i < n; i++) /* sector k is k widths to starboard of the bow */
-        json_array_append_new(ranges, range_of(json_array_get(sectors, (n + n / 2 - i) % n)));
-    return json_pack("{s:o, s:s, s:o, s:f, s:f, s:o}", "timestamp", time_of(number(source->result, "t_unix")),
-                     "frame_id", "vehicle", "pose", level_pose(0, 0, 0), "start_angle", start, "end_angle",
-                     start + width * (double)(n - 1), "ranges", ranges);
+    judged = json_array();
+    for (size_t i = 0; i < n; i++) { /* sector k is k widths to starboard of the bow */
+        const json_t *sector = json_array_get(sectors, (n + n / 2 - i) % n);
+
+        json_array_append_new(ranges, range_of(sector));
+        json_array_append_new(judged, judged_of(sector, far_m));
+    }
+    return json_pack("{s:o, s:s, s:o, s:f, s:f, s:o, s:f, s:o}", "timestamp",
+                     time_of(number(source->result, "t_unix")), "frame_id", "vehicle", "pose", level_pose(0, 0, 0),
+                     "start_angle", start, "end_angle", start + width * (double)(n - 1), "ranges", ranges, "far_m",
+                     far_m, "judged", judged);
 }
 
 enum ring { RING_BLOCKED, RING_CLEAR, RING_UNKNOWN, RINGS };

@@ -10,6 +10,7 @@ from voyage import ping360
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "python"))
 import mcap_file  # pylint: disable=wrong-import-position
+import cdr
 import protobuf
 from lib import SONARCTL, check, run
 
@@ -58,8 +59,13 @@ def of_protobuf(encoding, schema, data):
     return protobuf.Schema(schema[2]).read(schema[0], data)
 
 
-def exported(bench, capture, form):
-    path = bench.path("out.mcap")
+def of_cdr(encoding, schema, data):
+    check((encoding, schema[1]) == ("cdr", "ros2msg"), "%s: %s" % (schema[0], encoding))
+    return cdr.Schema(schema[0], schema[2]).read(data)
+
+
+def exported(bench, capture, form, name="out.mcap"):
+    path = bench.path(name)
     ran = bench.run(SONARCTL, "capture", "export", form, capture, path)
     check(ran.returncode == 0 and ran.stderr == "", ran.stderr)
     return path
@@ -89,6 +95,49 @@ def foxglove(bench):
     check([log["name"] for _, log in got["/sonard/log"]][:2] == ["data", "sonar head"], got["/sonard/log"])
 
 
+def ros2(bench):
+    """The same as messages of ROS 2: what is unknown stays so, and clear water ends where it was judged."""
+    trip, capture = round_trip(bench)
+    path = exported(bench, capture, "--ros2")
+    names = {topic: schema[0] for topic, schema in schemas_of(path).items()}
+    check(names == {"/sonar/ping": "sensor_msgs/msg/PointCloud2", "/sonar/echoes": "sensor_msgs/msg/PointCloud2",
+                    "/sonar/image": "sensor_msgs/msg/CompressedImage", "/map/slice": "nav_msgs/msg/OccupancyGrid",
+                    "/vehicle/pose": "geometry_msgs/msg/PoseStamped", "/tf": "tf2_msgs/msg/TFMessage",
+                    "/sonard/scan": "sensor_msgs/msg/LaserScan", "/sonard/log": "rcl_interfaces/msg/Log"}, names)
+    got, same = messages_of(path, of_cdr), messages_of(exported(bench, capture, "--foxglove", "again.mcap"), of_protobuf)
+    for topic in got:
+        check([t for t, _ in got[topic]] == [t for t, _ in same[topic]], "other times of " + topic)
+    for (_, cloud), (_, other) in zip(got["/sonar/ping"], same["/sonar/ping"]):
+        points = list(struct.iter_unpack("<ffBf", cloud["data"]))
+        check([p[:3] for p in points] == list(struct.iter_unpack("<ffB", other["data"])) and all(p[3] == 0 for p in points), "other points")
+    check([(f["name"], f["offset"], f["datatype"], f["count"]) for f in cloud["fields"]] ==
+          [("x", 0, 7, 1), ("y", 4, 7, 1), ("intensity", 8, 2, 1), ("z", 9, 7, 1)], cloud["fields"])
+    check((cloud["height"], cloud["width"], cloud["point_step"], cloud["row_step"]) == (1, len(points), 13, len(cloud["data"])), cloud["width"])
+    check(not cloud["is_bigendian"] and cloud["header"]["frame_id"] == "vehicle", cloud["header"])
+    stamp = other["timestamp"]
+    check(cloud["header"]["stamp"] == {"sec": stamp["seconds"], "nanosec": stamp["nanos"]}, cloud["header"])
+    echoes = got["/sonar/echoes"][-1][1]
+    check(echoes["point_step"] == 17 and [f["name"] for f in echoes["fields"]] == ["x", "y", "z", "confidence", "doubt"], echoes["fields"])
+    t_ns, sectors = same["/sonard/sectors"][-1]
+    scan = min(got["/sonard/scan"], key=lambda timed: abs(timed[0] - t_ns))[1]
+    check(len(scan["ranges"]) == 72 and abs(scan["angle_min"] + (72 - 1) * scan["angle_increment"] - scan["angle_max"]) < 1e-5, scan["angle_max"])
+    check(abs(scan["range_max"] - sectors["distance_m"]) < 1e-5, scan["range_max"])
+    for k, sector in enumerate(sectors["sectors"]):
+        range_m = scan["ranges"][(72 + 36 - k) % 72]
+        check(range_m == math.inf if sector["state"] == "clear" else math.isnan(range_m) if sector["state"] == "unknown"
+              else abs(range_m - min(sector["range_m"], sectors["distance_m"])) < 1e-3, "%s: %s" % (sector, range_m))
+    grid, other = got["/map/slice"][-1][1], same["/map/slice"][-1][1]
+    check(grid["data"] == [(-1, 0, 100)[c] for c in other["data"]] and 100 in grid["data"], "another map")
+    check((grid["info"]["width"], grid["info"]["height"]) == (other["column_count"], len(other["data"]) // other["column_count"]), grid["info"])
+    check(abs(grid["info"]["resolution"] - 0.5) < 1e-6 and grid["info"]["origin"] == other["pose"], grid["info"])
+    moved = got["/tf"][-1][1]["transforms"][0]
+    check(moved["transform"]["translation"] == {"x": 2, "y": 1, "z": -5} and moved["child_frame_id"] == "vehicle", moved)
+    check(got["/vehicle/pose"][-1][1]["pose"]["orientation"] == moved["transform"]["rotation"], moved)
+    check(got["/sonar/image"][-1][1]["format"] == "png" and got["/sonar/image"][-1][1]["data"] == same["/sonar/image"][-1][1]["data"], "image")
+    check({log["level"] for _, log in got["/sonard/log"]} <= {20, 30} and got["/sonard/log"][0][1]["name"] == "data", got["/sonard/log"])
+    check(len(got["/sonar/ping"]) == trip.made, len(got["/sonar/ping"]))
+
+
 def refused(bench):
     """What cannot be exported leaves no file, and says why."""
     _, capture = round_trip(bench)
@@ -104,4 +153,4 @@ def refused(bench):
     check(ran.returncode == 2 and "--foxglove" in ran.stderr, ran.stderr)
 
 
-run([("export_" + f.__name__, f) for f in (foxglove, refused)])
+run([("export_" + f.__name__, f) for f in (foxglove, ros2, refused)])

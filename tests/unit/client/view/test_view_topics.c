@@ -299,12 +299,28 @@ static void check_scan(const char *sectors, const char *ranges)
     json_decref(want);
 }
 
+/* For ROS: an obstacle beyond what was judged is there at the latest, and water beyond it is not clear. */
+TEST(a_scan_knows_how_far_it_was_judged)
+{
+    json_t *scan = made("/sonard/scan",
+                        "{\"distance_m\":5,\"sectors\":[" SECTOR("0", "blocked", "5.5", "4") "," SECTOR(
+                            "90", "clear", "9", "9") "," SECTOR("180", "unknown", "4",
+                                                                "2") "," SECTOR("270", "blocked", "3", "2") "]}"),
+           *want = json_loads("[null,\"inf\",5.0,3.0]", 0, NULL);
+
+    CHECK_NEAR(number(scan, "far_m"), 5, 0, 0);
+    CHECK(want && json_equal(json_object_get(scan, "judged"), want));
+    json_decref(scan);
+    json_decref(want);
+}
+
 /* From astern to the left: port is at 90 degrees. What is unknown has no range, not even of what lies behind it. */
 TEST(a_scan_has_the_nearest_obstacle_infinity_for_clear_and_nothing_for_unknown)
 {
     check_scan(SECTORS, "[null,\"inf\",4,null]");
-    check_scan("{\"sectors\":[" SECTOR("0", "clear", "7", "7") "," SECTOR("90", "unknown", "8", "2") "," SECTOR(
-                   "180", "clear", "9", "9") "," SECTOR("270", "blocked", "3", "2") "]}",
+    check_scan("{\"distance_m\":5,\"sectors\":[" SECTOR("0", "clear", "7", "7") "," SECTOR(
+                   "90", "unknown", "8", "2") "," SECTOR("180", "clear", "9", "9") "," SECTOR("270", "blocked",
+                                                                                              "3", "2") "]}",
                "[9,null,7,3]");
     CHECK(!made("/sonard/scan", "{\"t_unix\":1,\"sectors\":[]}"));
 }
@@ -379,6 +395,10 @@ TEST(a_time_that_is_none_is_the_beginning)
     json_t *message = made("/sonar/image", NULL);
     CHECK(number(message, "timestamp/seconds") == 0 && number(message, "timestamp/nanos") == 0);
     json_decref(message);
+    rows.t_unix = 0.25; /* of a capture on a virtual clock */
+    message = made("/sonar/image", NULL);
+    CHECK(number(message, "timestamp/seconds") == 0 && number(message, "timestamp/nanos") == 2.5e8);
+    json_decref(message);
 }
 
 int main(void)
@@ -392,6 +412,7 @@ int main(void)
     RUN(roll_and_pitch_are_told);
     RUN(without_a_pose_no_place_is_told);
     RUN(a_scan_has_the_nearest_obstacle_infinity_for_clear_and_nothing_for_unknown);
+    RUN(a_scan_knows_how_far_it_was_judged);
     RUN(a_ring_shows_how_far_each_sector_is_what);
     RUN(the_log_has_what_changed);
     RUN(answers_pass_as_they_are);
