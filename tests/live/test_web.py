@@ -735,7 +735,7 @@ def npm(bench, *packages):
 
 def foxglove(bench):
     """What a client of npm's @foxglove/ws-protocol gets, decoded by protobufjs, is what the socket says."""
-    modules = npm(bench, "@foxglove/ws-protocol@0.8.0", "ws@8.23.0", "protobufjs@7.5.4")
+    modules = npm(bench, "@foxglove/ws-protocol@0.8.0", "ws@8.23.0", "protobufjs@8.8.1")
     client, web = started(bench, map={"voxel": "0.2 m", "memory": "16 MiB"})
     end = client.sensor()["pings"] + 230
     place = {"attitude_deg": [0, 0, 30], "position_m": [3, 4, 2]}
