@@ -116,14 +116,14 @@ static bool has_news(const struct view *view)
 
 static int send_view(struct web_live_session *s, struct view *view)
 {
-    static uint8_t part[LWS_PRE + WEB_ROWS_BYTES];
+    static uint8_t part[LWS_PRE + VIEW_ROWS_BYTES];
     const struct web_channel *c = view->channel;
 
     if (!c->rows || c->text) {
         view->seen = c->version;
         return send_text(s->wsi, c->text, c->size);
     }
-    const size_t n = web_rows_part(c->rows, &view->seen, part + LWS_PRE);
+    const size_t n = view_rows_part(c->rows, &view->seen, part + LWS_PRE);
 
     if (n == 0) {
         view->seen = c->rows->change; /* the rows that changed are forgotten */

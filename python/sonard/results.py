@@ -270,6 +270,7 @@ class PoseState(TypedDict):
     has: List[Literal["attitude", "position", "depth", "velocity", "altitude"]]
     max_age_s: PoseLimits
     attitude_deg: Optional[List[float]]
+    position_m: Optional[List[float]]
     altitude_m: Optional[float]
     count: int
     refused: int

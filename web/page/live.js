@@ -152,7 +152,7 @@ function dropOldRows() {
   past.bytes = bytes;
 }
 
-// As web_rows.h has them.
+// As view_rows.h has them.
 function takeRows(buffer) {
   const data = new DataView(buffer), name = data.getUint8(1), n = data.getUint16(2, true), came = [];
   const now = data.getFloat64(4, true);
