@@ -84,13 +84,15 @@ static void put(const void *bytes, size_t n)
         syscall(SYS_nanosleep, &(struct timespec){.tv_nsec = 1000000}, NULL);
 }
 
+/* Sub-function 0 alone is sent back: others restart the slave, or clear its counters. */
 static void echo(const uint8_t q[QUESTION])
 {
+    const bool back = echoes && q[2] == 0 && q[3] == 0;
     uint8_t refusal[5] = {q[0], q[1] | 0x80, 1};
     unsigned crc = crc16(refusal, 3);
     refusal[3] = (uint8_t)crc;
     refusal[4] = (uint8_t)(crc >> 8);
-    put(echoes ? q : refusal, echoes ? QUESTION : sizeof refusal);
+    put(back ? q : refusal, back ? QUESTION : sizeof refusal);
 }
 
 /* Every answer holds the number of its question. */

@@ -14,6 +14,8 @@
 #define BEGIN_M  0.275
 #define END_M    8.0
 
+static uint64_t seed;
+
 static const struct answer_conf asked = {.clear_for_s = 30, .move_limit_m = INFINITY};
 
 static uint64_t ago(double seconds)
@@ -325,11 +327,54 @@ TEST(what_changed_while_it_was_read_is_read_again)
     CHECK_INT(turned, 99); /* never ends with what was read under two sets of axes */
 }
 
+/* Of all that a drifting heading makes of a place the one that is nearest to another direction. */
+TEST(a_place_swings_to_where_it_is_nearest)
+{
+    seed = test_seed();
+    for (int i = 0; i < 500; i++) {
+        const double adrift = test_uniform(&seed) * GEO_PI;
+        const struct sight_place place = {
+            .adrift_rad = adrift, .adrift_cos = cos(adrift), .adrift_sin = sin(adrift)};
+        const double az = GEO_TURN * test_uniform(&seed), level = 3 * test_uniform(&seed);
+        double to[3], v[3] = {level * cos(az), level * sin(az), 0.7}, best = -INFINITY;
+        geo_direction(GEO_TURN * test_uniform(&seed), i % 10 ? 0.3 : GEO_PI / 2, to);
+        to[0] = i % 10 ? to[0] : 0; /* straight up: nothing to swing to */
+        to[1] = i % 10 ? to[1] : 0;
+        for (int k = -100; k <= 100; k++) {
+            const double turned = az + adrift * k / 100;
+            best = fmax(best, level * (cos(turned) * to[0] + sin(turned) * to[1]));
+        }
+        sight_swing(&place, to, v);
+        CHECK_NEAR(hypot(v[0], v[1]), level, 1e-9, 0);
+        CHECK_NEAR(v[2], 0.7, 0, 0);
+        const double got = v[0] * to[0] + v[1] * to[1];
+        CHECK(got >= best - 1e-9 && got <= best + 2e-3);
+    }
+}
+
+/* The grid's axes are turned by 0.5 against north, the body by 0.3. */
+TEST(a_direction_is_turned_into_the_grids_axes_and_back)
+{
+    static const struct {
+        bool grid_ned, asked_ned;
+        double axes_rad, az_rad; /* of north, or of ahead, in the grid */
+    } row[] = {{true, true, 0.5, -0.5}, {true, false, 0.5, -0.2}, {true, true, 0, 0},
+               {true, false, 0, 0.3},   {false, true, 0.5, 0},    {false, false, 0.5, 0}};
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
+        const struct picture_frame frame = {.ned = row[i].grid_ned, .axes_rad = row[i].axes_rad};
+        double v[3] = {1, 0, 0};
+        start(SLIVER_S);
+        quat_from_rpy(0, 0, 0.3, now.pose.attitude);
+        sight_to_grid(&frame, &now, row[i].asked_ned, v);
+        CHECK_NEAR(atan2(v[1], v[0]), row[i].az_rad, 0, 1e-12);
+        sight_from_grid(&frame, &now, row[i].asked_ned, v);
+        CHECK_NEAR(atan2(v[1], v[0]), 0, 0, 1e-12);
+    }
+}
+
 /* ---- a glance against a look ---- */
 
 #define PICTURES 60
-
-static uint64_t seed;
 
 static double uniform(double lo, double hi)
 {
@@ -435,6 +480,8 @@ int main(void)
     RUN(no_sector_is_clear_that_reaches_beyond_the_grid);
     RUN(an_obstacle_fades_from_its_own_time_on);
     RUN(what_changed_while_it_was_read_is_read_again);
+    RUN(a_place_swings_to_where_it_is_nearest);
+    RUN(a_direction_is_turned_into_the_grids_axes_and_back);
     RUN(a_glance_says_what_a_look_does);
     return test_end();
 }
