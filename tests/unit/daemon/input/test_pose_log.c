@@ -321,6 +321,8 @@ TEST(by_itself_max_age_follows_rare_poses_that_are_bounded)
     CHECK(!pose_log_fresh(&poses, t_ns + 2000 * MS));
     pose_log_set_most(&poses, 1, 0);
     CHECK_INT(pose_log_max_age_ns(&poses, POSE_ATTITUDE) / MS, 1000);
+    pose_log_set_most(&poses, 0, 1);
+    CHECK_INT(pose_log_max_age_ns(&poses, POSE_ATTITUDE) / MS, 1000);
     pose_log_set_most(&poses, 1, 1);
     CHECK_INT(pose_log_max_age_ns(&poses, POSE_ATTITUDE) / MS, 6000);
     CHECK_INT(pose_log_max_age_ns(&poses, POSE_DEPTH) / MS, 1000); /* never given */
@@ -343,6 +345,32 @@ TEST(by_itself_max_age_has_limits_and_passes_over_a_pause)
     CHECK_INT(pose_log_max_age_ns(&poses, POSE_POSITION) / MS, 10000);
     pose_log_withdraw(&poses, t_ns);
     CHECK_INT(pose_log_max_age_ns(&poses, POSE_POSITION) / MS, 1000);
+}
+
+TEST(by_itself_max_age_follows_the_middle_gap_in_whatever_order_they_come)
+{
+    static const uint64_t gap_ms[] = {2000, 1200, 3000, 900, 2400, 1500, 1800};
+    for (int first = 0; first < POSE_LOG_GAPS; first++) {
+        uint64_t t_ms = 1000;
+        pose_log_init(&poses, POSE_LOG_AUTO);
+        pose_log_set_most(&poses, 1, 1);
+        put(t_ms * MS, POSE_ATTITUDE, 0, 0, 0);
+        for (int i = 0; i < POSE_LOG_GAPS; i++)
+            put((t_ms += gap_ms[(first + i) % POSE_LOG_GAPS]) * MS, POSE_ATTITUDE, 0, 0, 0);
+        CHECK_INT(pose_log_max_age_ns(&poses, POSE_ATTITUDE) / MS, 3 * 1800);
+    }
+}
+
+/* What a velocity makes of a place that is given no more is no place given. */
+TEST(by_itself_max_age_counts_no_carried_place)
+{
+    pose_log_init(&poses, POSE_LOG_AUTO);
+    pose_log_set_most(&poses, 1, 1);
+    const uint64_t t_ns = put_many(1000 * MS, 8, 2000 * MS);
+    for (uint64_t i = 0; i < 8; i++)
+        put(t_ns + (6100 + 100 * i) * MS, POSE_VELOCITY, 0, 0, 0.5);
+    CHECK_INT(pose_log_max_age_ns(&poses, POSE_POSITION) / MS, 6000);
+    CHECK(!pose_log_fresh(&poses, t_ns + 6900 * MS));
 }
 
 TEST(poses_rarer_than_max_age_are_sparse)
@@ -754,6 +782,8 @@ int main(void)
     RUN(a_depth_that_ends_is_missed);
     RUN(by_itself_max_age_follows_rare_poses_that_are_bounded);
     RUN(by_itself_max_age_has_limits_and_passes_over_a_pause);
+    RUN(by_itself_max_age_follows_the_middle_gap_in_whatever_order_they_come);
+    RUN(by_itself_max_age_counts_no_carried_place);
     RUN(poses_rarer_than_max_age_are_sparse);
     RUN(the_way_driven_counts_back_and_forth);
     RUN(a_ping_whose_time_is_uncertain_is_blurred_by_the_way_within_it);
