@@ -76,6 +76,27 @@ TEST(before_the_first_and_too_long_after_the_last_there_is_none)
     CHECK(!pose_log_at(&poses, 1501 * MS, &p));
     CHECK(pose_log_fresh(&poses, 1500 * MS));
     CHECK(!pose_log_fresh(&poses, 1501 * MS));
+    CHECK(pose_log_fresh(&poses, 900 * MS)); /* of a ping that came before it */
+    pose_log_init(&poses, 500 * MS);
+    CHECK(!pose_log_fresh(&poses, 100 * MS)); /* soon after the clock began nothing is fresh, either */
+}
+
+/* Nobody knows how it went on in a gap, or from then on: it may have gone as far as it can. */
+TEST(in_a_gap_and_behind_it_the_pose_is_as_uncertain_as_its_age)
+{
+    struct pose p;
+    pose_log_init(&poses, 500 * MS);
+    pose_log_set_most(&poses, 2, 1);
+    put(1000 * MS, POSE_ATTITUDE | POSE_POSITION, 0, 0, 0);
+    put(2000 * MS, POSE_ATTITUDE | POSE_POSITION, 1, 0.5, 0);
+    CHECK(pose_log_at(&poses, 1400 * MS, &p));
+    CHECK_NEAR(p.position_m[0], 0, 0, 0);
+    CHECK_NEAR(p.uncertain_m, 0.8, 1e-9, 0);
+    CHECK_NEAR(p.uncertain_rad, 0.4, 1e-9, 0);
+    CHECK(pose_log_at(&poses, 2100 * MS, &p));
+    CHECK_NEAR(p.position_m[0], 1, 0, 0);
+    CHECK_NEAR(p.uncertain_m, 0.2, 1e-9, 0);
+    CHECK_NEAR(p.uncertain_rad, 0.1, 1e-9, 0);
 }
 
 static void put_altitude(uint64_t ms, double altitude_m)
@@ -667,6 +688,32 @@ TEST(without_a_velocity_the_way_between_places_is_the_speed)
     CHECK_NEAR(p.uncertain_m, 0.52 / 0.501 * 0.5, 1e-9, 0);
 }
 
+/* As fast as lately, not as on average, and in any level direction. */
+TEST(the_last_tenth_of_a_second_tells_the_speed)
+{
+    struct pose p = pose_identity, then;
+    pose_log_init(&poses, 2000 * MS);
+    p.has = POSE_ATTITUDE | POSE_POSITION;
+    for (uint64_t i = 0; i < 4; i++) {
+        p.t_ns = (i == 3 ? 1600 : 1000 + 250 * i) * MS;
+        p.position_m[0] = i == 3 ? 5.12 : 5;
+        p.position_m[1] = i == 3 ? 7.16 : 7;
+        CHECK(pose_log_put(&poses, &p));
+    }
+    pose_log_at(&poses, 2000 * MS, &then); /* for 0.1 s it goes on as it went */
+    CHECK_NEAR(then.uncertain_m, 2 * 0.3, 1e-9, 0);
+}
+
+TEST(a_first_attitude_is_no_first_place)
+{
+    struct pose p;
+    pose_log_init(&poses, 2000 * MS);
+    put(1000 * MS, POSE_POSITION, 0, 0, 0);
+    put(1500 * MS, POSE_POSITION | POSE_ATTITUDE, 1, 0, 0);
+    CHECK(pose_log_newest(&poses, &p));
+    CHECK_NEAR(p.path_m, 1 - POSE_LOG_LINE_M, 1e-9, 0);
+}
+
 /* ---- drift ---- */
 
 static void drifts(double mps, bool from_pose)
@@ -713,8 +760,10 @@ TEST(before_any_pose_it_may_be_taken_to_keep_its_place)
     pose_log_at(&poses, 2000 * MS, &p);
     CHECK(p.drift_m[0] == 0 && p.drift_mps == 0 && !p.heading_adrift);
     put(2000 * MS, POSE_ATTITUDE, 0, 0, 0);
+    put(2900 * MS, POSE_ATTITUDE, 0, 0, 0);
     pose_log_at(&poses, 3000 * MS, &p);
     CHECK_NEAR(p.drift_m[0], 0.5, 1e-9, 0);
+    CHECK_NEAR(p.drift_mps, 0.5 * sqrt(2), 1e-9, 0);
 }
 
 TEST(a_position_stops_the_drift)
@@ -745,7 +794,50 @@ TEST(a_velocity_carries_the_position_with_its_error)
     const double before_m = p.drift_m[0];
     put(13000 * MS, POSE_ATTITUDE | POSE_DEPTH | POSE_VELOCITY, 0, 0, 0.4);
     pose_log_at(&poses, 13000 * MS, &p);
-    CHECK(p.drift_m[0] - before_m >= 2 * 0.5);
+    CHECK_NEAR(p.drift_m[0] - before_m, 2 * (0.5 + 0.4), 1e-6, 0);
+}
+
+static void put_velocity(uint64_t ms, unsigned has, const double mps[3])
+{
+    struct pose p = pose_identity;
+    p.t_ns = ms * MS;
+    p.has = has | POSE_ATTITUDE | POSE_VELOCITY;
+    memcpy(p.velocity_mps, mps, sizeof p.velocity_mps);
+    CHECK(pose_log_put(&poses, &p));
+}
+
+/* Of the two velocities of a step nobody knows when the one became the other. Level and depth are carried apart. */
+TEST(a_velocity_that_changes_carries_with_half_its_change_as_well)
+{
+    static const double first[3] = {0.4, 0.1, 0.2}, then[3] = {0.1, 0.5, 0.8};
+    struct pose a, b;
+    drifts(0.5, false);
+    put_velocity(1000, 0, first);
+    put_velocity(1100, 0, then);
+    pose_log_at(&poses, 1000 * MS, &a);
+    pose_log_at(&poses, 1100 * MS, &b);
+    CHECK_NEAR(b.drift_m[0] - a.drift_m[0], (0.05 * hypot(0.1, 0.5) + 0.02 + 0.5 / 2) * 0.1, 1e-9, 0);
+    CHECK_NEAR(b.drift_m[1] - a.drift_m[1], (0.05 * 0.8 + 0.02 + 0.6 / 2) * 0.1, 1e-9, 0);
+    CHECK_NEAR(b.position_m[0] - a.position_m[0], 0.01, 1e-9, 0);
+    CHECK_NEAR(b.position_m[1] - a.position_m[1], 0.05, 1e-9, 0);
+    CHECK_NEAR(b.position_m[2] - a.position_m[2], 0.08, 1e-9, 0);
+}
+
+TEST(a_place_that_is_given_is_not_carried)
+{
+    static const double mps[3] = {1, 0, 1};
+    struct pose p;
+    drifts(0.5, false);
+    put_velocity(1000, POSE_POSITION | POSE_DEPTH, mps);
+    pose_log_at(&poses, 1000 * MS, &p);
+    const double level_m = p.drift_m[0], depth_m = p.drift_m[1];
+    put_velocity(1400, 0, mps);
+    pose_log_at(&poses, 1400 * MS, &p);
+    CHECK_NEAR(p.position_m[0], 0, 0, 0);
+    CHECK_NEAR(p.position_m[2], 0, 0, 0);
+    CHECK_NEAR(p.drift_m[0], level_m, 0, 0);
+    CHECK_NEAR(p.drift_m[1], depth_m, 0, 0);
+    CHECK(p.drift_mps == 0 && p.uncertain_m > 0.5); /* that it is old counts as that */
 }
 
 TEST(the_drift_never_falls_when_it_is_set_anew)
@@ -773,6 +865,7 @@ int main(void)
     RUN(an_altitude_is_less_by_how_far_the_vehicle_may_have_sunk);
     RUN(an_altitude_alone_is_no_pose);
     RUN(a_gap_is_not_bridged);
+    RUN(in_a_gap_and_behind_it_the_pose_is_as_uncertain_as_its_age);
     RUN(times_that_do_not_rise_are_refused_and_counted);
     RUN(parts_come_from_different_senders_and_end_by_themselves);
     RUN(without_a_position_the_velocity_carries_it);
@@ -796,11 +889,15 @@ int main(void)
     RUN(behind_the_last_sample_the_vehicle_may_be_as_far_as_it_goes);
     RUN(nothing_lies_between_the_attitudes_before_and_after_a_jump);
     RUN(without_a_velocity_the_way_between_places_is_the_speed);
+    RUN(the_last_tenth_of_a_second_tells_the_speed);
+    RUN(a_first_attitude_is_no_first_place);
     RUN(without_position_and_velocity_the_drift_grows_with_time);
     RUN(a_heading_drifts_that_somebody_tells);
     RUN(before_any_pose_it_may_be_taken_to_keep_its_place);
     RUN(a_position_stops_the_drift);
     RUN(a_velocity_carries_the_position_with_its_error);
+    RUN(a_velocity_that_changes_carries_with_half_its_change_as_well);
+    RUN(a_place_that_is_given_is_not_carried);
     RUN(the_drift_never_falls_when_it_is_set_anew);
     return test_end();
 }
