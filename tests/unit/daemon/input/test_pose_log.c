@@ -63,6 +63,55 @@ TEST(a_time_that_is_known_within_bounds_has_the_poses_of_all_of_them)
     CHECK_INT(p.has, 0);
 }
 
+/* It may be as far off as the farthest of them, and each is uncertain itself. */
+TEST(within_bounds_the_doubt_of_each_pose_counts)
+{
+    struct pose p;
+    pose_log_init(&poses, 1000 * MS);
+    pose_log_set_most(&poses, 2, 1);
+    put(1000 * MS, POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH, 0, 0, 0);
+    put(1100 * MS, POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH, 0.1, 0.02, 0);
+    CHECK(pose_log_within(&poses, 1000 * MS, 1600 * MS, &p)); /* for 0.1 s it goes on, and 0.4 s are left */
+    CHECK_NEAR(p.uncertain_m, 0.2 + hypot(2, 2) * 0.4, 1e-9, 0);
+    CHECK_NEAR(p.uncertain_rad, 0.04 + 0.4, 1e-6, 0);
+}
+
+/* By what its own time is uncertain, and the poses' times as well. */
+TEST(a_ping_is_blurred_by_the_doubt_of_the_poses_too)
+{
+    struct pose p;
+    pose_log_init(&poses, 1000 * MS);
+    for (uint64_t i = 0; i <= 10; i++)
+        put((1000 + 100 * i) * MS, POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH, 0.1 * (double)i, 0, 0);
+    CHECK(pose_log_blurred(&poses, 1500 * MS, 50 * MS, &p));
+    CHECK_NEAR(p.blur_m[0], 0.05, 1e-9, 0);
+    pose_log_set_delay(&poses, 0, 100 * MS);
+    CHECK(pose_log_blurred(&poses, 1500 * MS, 50 * MS, &p));
+    CHECK_NEAR(p.blur_m[0], 0.15, 1e-9, 0);
+}
+
+TEST(of_the_newest_pose_a_part_that_is_old_is_not_told)
+{
+    struct pose p;
+    pose_log_init(&poses, 500 * MS);
+    CHECK(!pose_log_newest(&poses, &p));
+    put(1000 * MS, POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH, 7, 0, 0);
+    put(1600 * MS, POSE_ATTITUDE, 0, 1, 0);
+    CHECK(pose_log_newest(&poses, &p));
+    CHECK_INT(p.has, POSE_ATTITUDE);
+    CHECK_NEAR(p.position_m[0], 7, 0, 0);
+}
+
+TEST(a_velocity_that_ended_is_not_missed_where_the_place_is_given)
+{
+    pose_log_init(&poses, 500 * MS);
+    put(1000 * MS, POSE_ATTITUDE | POSE_VELOCITY, 0, 0, 1);
+    put(2000 * MS, POSE_ATTITUDE | POSE_POSITION, 0, 0, 0);
+    CHECK(pose_log_fresh(&poses, 2100 * MS));
+    put(2600 * MS, POSE_ATTITUDE, 0, 0, 0);
+    CHECK(!pose_log_fresh(&poses, 2600 * MS));
+}
+
 TEST(before_the_first_and_too_long_after_the_last_there_is_none)
 {
     struct pose p;
@@ -859,6 +908,10 @@ int main(void)
     RUN(a_place_that_is_told_no_more_stays_where_it_was);
     RUN(between_two_samples_the_pose_is_interpolated);
     RUN(a_time_that_is_known_within_bounds_has_the_poses_of_all_of_them);
+    RUN(within_bounds_the_doubt_of_each_pose_counts);
+    RUN(a_ping_is_blurred_by_the_doubt_of_the_poses_too);
+    RUN(of_the_newest_pose_a_part_that_is_old_is_not_told);
+    RUN(a_velocity_that_ended_is_not_missed_where_the_place_is_given);
     RUN(before_the_first_and_too_long_after_the_last_there_is_none);
     RUN(a_withdrawn_pose_is_as_if_never_given_but_what_drifted_stays);
     RUN(the_missing_part_is_named_with_its_age_and_sender);
