@@ -604,7 +604,10 @@ TEST(lies_are_not_believed_and_do_not_lock_out_the_truth)
     CHECK(!depth_plausible(c, -1.5, 5 * S, 0, 0));
     CHECK(!depth_plausible(c, NAN, 5 * S, 0, 0));
     CHECK(depth_plausible(c, 12.9, 6 * S, 10, 5 * S));
-    CHECK(!depth_plausible(c, 13.5, 6 * S, 10, 5 * S));
+    CHECK(depth_plausible(c, 13.1, 6 * S, 10, 5 * S)); /* 3 m/s, and 0.2 m at once */
+    CHECK(!depth_plausible(c, 13.3, 6 * S, 10, 5 * S));
+    CHECK(depth_plausible(c, 10.1, 5 * S + 1, 10, 5 * S));
+    CHECK(depth_plausible(c, 40, 4 * S, 10, 5 * S)); /* older than what was believed: nothing to hold it against */
     CHECK(!depth_plausible(c, 6.5, 6 * S, 10, 5 * S));
     CHECK(depth_plausible(c, 10, 45 * S, 120, 5 * S)); /* the first value was the lie */
 }
