@@ -145,6 +145,9 @@ TEST(a_ring_down_of_four_times_the_usual_one_rings_on)
         }
     for (int i = 0; i < 256; i++)
         amplitude.table[i] = (uint64_t)i;
+    cell[0] = 2000;
+    CHECK(free_water_rings_on(&profile, &baseline, 1));
+    cell[0] = 100;
     cell[19] = 800;
     own[19] = 200; /* the vehicle's own echo there: 4 times */
     CHECK(free_water_rings_on(&profile, &baseline, 20));
@@ -191,6 +194,25 @@ TEST(water_begins_behind_what_the_baseline_explains)
     check_water(free_water_find(&profile, NULL, 10, TARGET, CONTRAST, 0), 20, 20 - HALF);
 }
 
+/* A block of cells is passed only when none of it can stand out, by its quietest level and in the profile's scale. */
+TEST(blocks_that_are_passed_hide_nothing)
+{
+    start();
+    level[100] = 50; /* all around it is quiet */
+    cell[100] = 60;
+    check_water(find(10, CONTRAST, 0), 10, N);
+    level[100] = 0;
+    check_water(find(10, CONTRAST, 0), 10, 100 - HALF);
+    start();
+    profile.shift = 2;
+    cell[100] = (uint64_t)CONTRAST - 1;
+    check_water(find(10, CONTRAST, 0), 10, N);
+    cell[100] = (uint64_t)CONTRAST;
+    check_water(find(10, CONTRAST, 0), 10, 100 - HALF);
+    cell[100] = (uint64_t)TARGET / 4;
+    check_water(find(10, NEVER, 0), 10, 100 - HALF);
+}
+
 /* What is loud alone ends nothing here; a window of which the mean is louder does, from its beginning on. */
 TEST(a_surface_is_what_is_loud_on_average)
 {
@@ -204,10 +226,24 @@ TEST(a_surface_is_what_is_loud_on_average)
         check_water(free_water_before_surface(&profile, (struct free_water){10, 60}, 20.01), 10, loud ? 31 : 60);
         check_water(free_water_before_surface(&profile, (struct free_water){60, N}, 20.01), 60, N);
     }
-    start(); /* the end of the ring-down is passed */
-    set_cells(10, 14, 1000);
-    add_up();
-    check_water(free_water_before_surface(&profile, (struct free_water){10, N}, 20), 14, N);
+}
+
+TEST(the_end_of_the_ring_down_is_no_surface_unless_it_is_longer_than_a_window)
+{
+    static const struct {
+        int from, to, at; /* loud cells, and another one; 0: none */
+        uint32_t end, begins, ends;
+    } row[] = {{10, 14, 0, N, 14, N},   {25, 26, 0, N, 26, N},   {10, 60, 0, N, 30, 30},
+               {10, 14, 33, N, 30, 30}, {10, 14, 36, N, 14, 17}, {15, 16, 0, 20, 10, 10}};
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
+        start();
+        axis.window = 20;
+        set_cells(row[i].from, row[i].to, 1000);
+        cell[row[i].at] = 1000;
+        add_up();
+        check_water(free_water_before_surface(&profile, (struct free_water){10, row[i].end}, 20), row[i].begins,
+                    row[i].ends);
+    }
 }
 
 /* Off the axis the pattern has taken 3 dB (the side) and 6 dB (the edge) of what a target returns. */
@@ -255,7 +291,9 @@ int main(void)
     RUN(a_ring_down_of_four_times_the_usual_one_rings_on);
     RUN(water_ends_where_something_is_as_loud_as_the_target_or_stands_out);
     RUN(water_begins_behind_what_the_baseline_explains);
+    RUN(blocks_that_are_passed_hide_nothing);
     RUN(a_surface_is_what_is_loud_on_average);
+    RUN(the_end_of_the_ring_down_is_no_surface_unless_it_is_longer_than_a_window);
     RUN(off_the_axis_water_ends_at_what_is_weaker_by_the_pattern);
     RUN(a_surface_that_the_edge_grazes_ends_it);
     return test_end();
