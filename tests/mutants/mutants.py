@@ -45,7 +45,7 @@ SWAPS = {  # as clang-format sets them: a binary operator has a space on either 
 FUNCTIONS = {"fmin": "fmax", "fmax": "fmin", "fminf": "fmaxf", "fmaxf": "fminf", "sin": "cos", "cos": "sin",
              "floor": "ceil", "ceil": "floor", "lesser": "greater", "greater": "lesser"}
 NUMBER = re.compile(r"(?<![\w.])(\d+\.\d+|\d+)(e-?\d+)?([uUlLfF]*)(?![\w.])")
-LEFT_OUT = re.compile(r"^\s+(?!return\b|break\b|continue\b|goto\b|case\b|else\b|if\b|for\b|while\b|do\b|static\b|const\b)"
+LEFT_OUT = re.compile(r"^\s+(?!\s|return\b|break\b|continue\b|goto\b|case\b|else\b|if\b|for\b|while\b|do\b|static\b|const\b)"
                       r"(\+\+|--)?[\w.\->\[\]\(\)*& +]*(\(.*\)| (=|\+=|-=|\*=|/=|\|=|&=|<<=|>>=) .*|\+\+|--);$")
 DECLARED = re.compile(r"^\s+(const |unsigned |struct |enum |union |double |float |u?int\d*(_t)?|size_t|bool |char |void |long )")
 
