@@ -244,6 +244,19 @@ TEST(bytes_are_exact)
     CHECK_NEAR(grid, sphere_bytes(&p.grid.sphere, &fault), 0, 0);
 }
 
+/* What is no whole number of voxels, or of tiles, is one more. */
+TEST(a_map_is_no_smaller_than_asked)
+{
+    struct conf conf;
+    struct plan plan;
+    struct pipeline_conf p;
+    load(SONAR "[map]\nvoxel = 0.2 m\nheight = 10.1 m\nextent = 52 m\n", &conf);
+    plan_make(&conf, &plan);
+    wiring_pipeline(&conf, &plan, true, &p);
+    CHECK_INT(p.voxels.height, 51);
+    CHECK(p.voxels.side * TILE_SIDE * 0.2 >= 52 && (p.voxels.side - 1) * TILE_SIDE * 0.2 < 52);
+}
+
 /* forget = auto: for some turns, and never for less than clear_for. */
 TEST(what_is_forgotten_when_is_worked_out)
 {
@@ -278,6 +291,7 @@ int main(void)
     RUN(the_largest_plan_fits);
     RUN(more_takes_more);
     RUN(bytes_are_exact);
+    RUN(a_map_is_no_smaller_than_asked);
     RUN(what_is_forgotten_when_is_worked_out);
     return test_end();
 }
