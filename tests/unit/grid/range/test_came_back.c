@@ -139,13 +139,14 @@ TEST(half_of_a_part_is_enough_where_its_edges_are_known)
     struct turn gone = wall;
     gone.gone = true;
     gone.every = 2;
-    for (int turned = 0; turned < 2; turned++) {
+    for (int gone_astray = 0; gone_astray < 3; gone_astray++) {
         begin();
         CHECK(!turn(&wall) && !turn(&wall));
-        if (turned)
+        if (gone_astray == 1)
             quat_from_rpy(0, 0, geo_rad(0.6), pose.attitude);
+        pose.position_m[2] = gone_astray == 2 ? 0.06 : 0;
         CHECK(!turn(&gone) && !turn(&wall));
-        CHECK_INT(turn(&gone), !turned);
+        CHECK_INT(turn(&gone), !gone_astray);
     }
     gone.every = 5; /* one look in a part */
     CHECK(!comes_back(&wall, &gone, &wall));
