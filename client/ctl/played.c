@@ -104,7 +104,7 @@ static bool replay(struct played *played, json_t *params, bool *jumping, struct 
 
     json_decref(params);
     if (!state)
-        return fault_set(fault, "the replay cannot go on: %.200s", error.message);
+        return fault_set(fault, "the replay cannot continue: %.200s", error.message);
     played->length_s = json_number_value(json_object_get(state, "length_s"));
     played->position_s = json_number_value(json_object_get(state, "position_s"));
     *jumping = json_is_true(json_object_get(state, "jumping"));

@@ -24,7 +24,7 @@ struct played {
  */
 bool played_start(struct played *played, const char *capture, const char *conf, struct fault *fault);
 
-/** played_go - on to so many seconds after its start, or past that where nothing was recorded for long. False: fault. */
+/** played_go - so many seconds after its start, or past that where nothing was recorded for long. False: fault. */
 bool played_go(struct played *played, double to_s, struct fault *fault);
 
 /** played_ask - what a method answers there; params may be NULL. NULL: it is refused, or the daemon is gone. */

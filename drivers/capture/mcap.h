@@ -89,8 +89,8 @@ struct mcap_writer;
 struct mcap_writer *mcap_create(int fd, const struct mcap_options *options, struct fault *fault);
 
 /**
- * mcap_add_schema - announce what messages look like: its name, "jsonschema" or the like, and n bytes of it. Returns the
- * number for mcap_add_channel_of, > 0, or -1 with a sentence in fault.
+ * mcap_add_schema - announce what messages look like: its name, "jsonschema" or the like, and n bytes of it. Returns
+ * the number for mcap_add_channel_of, > 0, or -1 with a sentence in fault.
  */
 int mcap_add_schema(struct mcap_writer *w, const char *name, const char *encoding, const void *schema, size_t n,
                     struct fault *fault);
