@@ -55,8 +55,9 @@ static int send_text(struct lws *wsi, char *padded, size_t size)
 static int send_link(struct web_live_session *s)
 {
     const char *fault = web_link_state(s->live->board->link);
-    json_t *message = json_pack("{s:s, s:{s:i, s:s?, s:b}}", "method", "link", "result", "connection",
-                                (int)s->live->connection, "fault", fault, "replay", (int)s->live->replay);
+    json_t *message = json_pack("{s:s, s:{s:i, s:s?, s:b, s:b}}", "method", "link", "result", "connection",
+                                (int)s->live->connection, "fault", fault, "replay", (int)s->live->replay,
+                                "settings", s->live->settings->path != NULL);
     char padded[LWS_PRE + 2048];
     const size_t n =
         message ? json_dumpb(message, padded + LWS_PRE, sizeof padded - LWS_PRE, JSON_COMPACT) : sizeof padded;

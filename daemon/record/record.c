@@ -20,15 +20,17 @@
 #define NO_BLOCK    UINT32_MAX
 #define TICK_MS     250
 
+/* A message, or that from here on nothing is kept, or all is again. Not told by the channel: -1 is that of a topic that
+ * was refused. */
+enum kind { MESSAGE, PAUSE, GO_ON };
+
 /* What stands before the bytes of each message in a block. */
 struct entry {
     struct record_time then;
     int32_t channel;
     uint32_t n;
+    enum kind kind;
 };
-
-/* In place of a channel: from here on nothing is kept, or all is again. */
-enum { PAUSE = -1, GO_ON = -2 };
 
 struct block {
     uint32_t used;
@@ -64,8 +66,8 @@ static void write_block(struct record *rec, const struct block *block)
     for (uint32_t at = 0; at < block->used;) {
         struct entry e;
         memcpy(&e, block->bytes + at, sizeof e);
-        if (e.channel < 0)
-            segments_pause(rec->segments, e.channel == PAUSE, e.then.t_ns);
+        if (e.kind != MESSAGE)
+            segments_pause(rec->segments, e.kind == PAUSE, e.then.t_ns);
         else
             segments_message(rec->segments, e.channel, &e.then, block->bytes + at + sizeof e, e.n);
         at += (uint32_t)sizeof e + e.n;
@@ -135,7 +137,7 @@ static struct block *block_for(struct record *rec, size_t bytes)
 static bool tell(struct record *rec)
 {
     const uint64_t now_ns = loop_clock();
-    const struct entry e = {.then = {now_ns, now_ns}, .channel = rec->paused ? PAUSE : GO_ON};
+    const struct entry e = {.then = {now_ns, now_ns}, .kind = rec->paused ? PAUSE : GO_ON};
     struct block *block = rec->told == rec->paused ? NULL : block_for(rec, sizeof e);
     if (!block)
         return rec->told == rec->paused;

@@ -269,6 +269,7 @@ def replays(bench):
     plain, web = Web(bench), Web(bench, "--replay")
     page = Page(plain)
     check(page.of("link")["result"]["replay"] is False, "it says that it may")
+    check(page.of("link")["result"]["settings"] is False, "it says that settings may be changed")
     check(page.ask("replay", pause="yes")["error"]["code"] == -32601, "without --replay")
     check(not client.call("status")["replay"]["paused"], "paused all the same")
     page = Page(web)
@@ -305,6 +306,7 @@ def settings_of_strangers(bench):
         check(page.ask("settings", **params)["error"]["code"] in (-32001, -32000), params)
         time.sleep(1.1)
     plain = Web(bench)
+    check(Page(web).of("link")["result"]["settings"] is True, "it does not say that settings may be changed")
     check(Page(plain).ask("settings", **wanted["params"])["error"]["code"] == -32601, "without --settings")
     check(not os.path.exists(path) and client.call("status")["grids"][0]["clear_for_s"] == before, "something was changed")
 
