@@ -284,7 +284,7 @@ TEST(a_line_that_answers_nothing_for_10_s_is_opened_anew)
     CHECK_INT(disconnects, 1);
     static const enum modbus_result there[] = {MODBUS_OK, MODBUS_EXCEPTION, MODBUS_NO_NUMBER};
     for (int i = 0; i < 15; i++) {
-        ahead_ns += 3 * SECOND;
+        ahead_ns += 9 * SECOND;
         hear(there[i / 5], 10); /* whatever it says, it is there */
     }
     CHECK_INT(disconnects, 1);
