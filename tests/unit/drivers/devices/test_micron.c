@@ -192,7 +192,7 @@ TEST(eight_bit_line_as_ping)
     CHECK_NEAR(p.db_per_count, 0.313725, 1e-5, 0);
     CHECK_NEAR(p.dr_m, 0.04992, 1e-6, 0);
     CHECK_NEAR(p.pulse_m, 0.05625, 1e-6, 0); /* 75 us */
-    CHECK_NEAR(p.deaf_m, 0.075, 1e-6, 0); /* the 100 us of the command, in which the receiver is locked out */
+    CHECK_NEAR(p.deaf_m, 0.075, 1e-6, 0);    /* the 100 us of the command, in which the receiver is locked out */
     CHECK_NEAR(beam.az_rad, GEO_PI / 2, 1e-6, 0);
     CHECK_NEAR(geo_deg((double)p.az_aperture_rad), 3.0, 1e-5, 0);
     CHECK_NEAR(geo_deg((double)p.el_aperture_rad), 35.0, 1e-5, 0);
