@@ -823,7 +823,7 @@ def foxglove_traffic(bench):
     rate = read(15)
     pings = (client.sensor()["pings"] - before) / (time.monotonic() - begun)
     note("%.1f kB/s at %.1f pings a second" % (rate / 1e3, pings))
-    check(10 < pings < 30 and rate < 100e3, "%.1f kB/s at %.1f pings a second" % (rate / 1e3, pings))
+    check(3 < pings < 30 and rate < 100e3, "%.1f kB/s at %.1f pings a second" % (rate / 1e3, pings))
 
 
 def foxglove_by_hand(bench):
