@@ -26,7 +26,8 @@ struct web_foxglove_session {
     struct web_foxglove_session *next;
     struct subscription subscription[SUBSCRIPTIONS_MAX];
     unsigned turn;
-    int greeted; /* messages of the greeting that were sent */
+    int greeted;    /* messages of the greeting that were sent */
+    bool complains; /* it shows that the daemon is lost */
     size_t in_size;
     char in[MESSAGE_MAX];
 };
@@ -96,6 +97,17 @@ static int greet(struct web_foxglove_session *s)
         return send_json(s->wsi, json_pack("{s:s, s:s, s:[], s:{}}", "op", "serverInfo", "name",
                                            "sonard " SONARD_VERSION, "capabilities", "metadata"));
     return send_json(s->wsi, advertise());
+}
+
+/* What is shown of a daemon that is lost is old, and nothing else says so. */
+static int send_state(struct web_foxglove_session *s, const char *lost)
+{
+    s->complains = lost != NULL;
+    lws_callback_on_writable(s->wsi);
+    if (!lost)
+        return send_json(s->wsi, json_pack("{s:s, s:[s]}", "op", "removeStatus", "statusIds", "daemon"));
+    return send_json(
+        s->wsi, json_pack("{s:s, s:i, s:s, s:s}", "op", "status", "level", 2, "message", lost, "id", "daemon"));
 }
 
 static uint64_t unix_ns(void)
@@ -204,8 +216,12 @@ static bool take_next(struct subscription *sub, struct bytes *message)
 
 static int send_next(struct web_foxglove_session *s)
 {
+    const char *lost = web_link_state(s->foxglove->board->link);
+
     if (s->greeted < 2)
         return greet(s);
+    if (s->complains != (lost != NULL))
+        return send_state(s, lost);
     for (int i = 0; i < SUBSCRIPTIONS_MAX; i++) {
         struct subscription *sub = &s->subscription[s->turn++ % SUBSCRIPTIONS_MAX];
         struct bytes own = {0};
@@ -370,9 +386,11 @@ void web_foxglove_link_changed(struct web_foxglove *foxglove)
         foxglove->told[i].there = false;
         foxglove->told[i].version = 0;
     }
-    for (struct web_foxglove_session *s = foxglove->first; s; s = s->next)
+    for (struct web_foxglove_session *s = foxglove->first; s; s = s->next) {
         for (int i = 0; i < SUBSCRIPTIONS_MAX; i++)
             s->subscription[i].seen = 0;
+        lws_callback_on_writable(s->wsi);
+    }
 }
 
 void web_foxglove_stop(struct web_foxglove *foxglove)

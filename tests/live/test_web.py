@@ -680,7 +680,11 @@ def recovers(bench):
     page = Page(web)
     check(page.of("link")["result"]["fault"], "a daemon that is not there")
     page.watch("version", "sectors")
+    viewer = Page(web, protocol="foxglove.sdk.v1")
+    state = lambda op: viewer.until(lambda m: isinstance(m, dict) and m["op"] == op, op)
+    check(state("status")["level"] == 2, "a daemon that is not there")
     daemon = bench.sonard()
+    check(state("removeStatus")["statusIds"] == ["daemon"], "no daemon")
     check(page.until(lambda m: m.get("method") == "link" and m["result"]["fault"] is None, "a daemon"), "no daemon")
     page.of("sectors")
     until(lambda: web.get("/api/version")[0] == 200, "answers")
@@ -689,6 +693,8 @@ def recovers(bench):
     daemon.wait()
     lost = page.until(lambda m: m.get("method") == "link", "the loss")["result"]
     check(lost["fault"], lost)
+    told = state("status")
+    check((told["message"], told["id"]) == (lost["fault"], "daemon"), told)
     check(web.get("/api/version")[0] == 503, "an answer without a daemon")
     late = Page(web)
     late.watch("sectors")
@@ -701,6 +707,8 @@ def recovers(bench):
     bench.sonard()
     back = page.until(lambda m: m.get("method") == "link" and m["result"]["fault"] is None, "another daemon")["result"]
     check(back["connection"] > lost["connection"], back)
+    state("removeStatus")
+    viewer.close()
     page.of("sectors")
     until(lambda: web.get("/api/version")[0] == 200, "answers again")
 
