@@ -121,7 +121,7 @@ static void set_near(struct row_shape *shape, const struct beam_echoes *h, doubl
         shape->edge_near_m = fmax(shape->edge_near_m, (double)h->edge_from_m);
 }
 
-/* Columns that the image of the beams so far may take, with one more behind them, and gaps as row_write sees them. */
+/* Columns that the image of the beams so far may take, with one more behind them. */
 static size_t columns_with(const struct beams_row *row, size_t gaps)
 {
     return row->n + 1 + ROW_ENDS * (gaps + 1);

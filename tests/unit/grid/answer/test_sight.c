@@ -218,6 +218,7 @@ TEST(each_doubt_of_the_place_takes_from_both_ends_of_the_water)
         const struct answer b = sector(0, WALL_M - row[i].less_m + 1e-3);
         CHECK_INT(b.state, ANSWER_BLOCKED);
         CHECK_NEAR(b.range_m, WALL_M + WALL_DEEP_M - row[i].less_m, 0, 1e-6);
+        CHECK_NEAR(b.confidence, 1 / (1 + exp(-3)), 1e-6, 0);
     }
 }
 

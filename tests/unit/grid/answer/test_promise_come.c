@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* test_promise - how near what a beam showed may have come to a vehicle that drifts, in every direction. */
+/* test_promise_come - how near what a beam showed may have come to a vehicle that drifts, in every direction. */
 #include "tests/lib/picture_rig.h"
 
 #include "grid/answer/promise.h"
