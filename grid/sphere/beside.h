@@ -17,8 +17,8 @@ struct beside_last {
 };
 
 /**
- * beside_row - the row of beam `index` of a ping, placed. On each side it reaches halfway to the beam there, if that one
- * freed water, too; else not at all. A head's next beam is not known yet: the row is there once it has come.
+ * beside_row - the row of beam `index` of a ping, placed. On each side it reaches halfway to the beam there, if that
+ * one freed water, too; else not at all. A head's next beam is not known yet: the row is there once it has come.
  */
 struct beam_row beside_row(const struct beam *b, uint16_t index, const struct beside_last *last);
 

@@ -112,7 +112,7 @@ TEST(instruments_are_as_wrong_as_is_allowed_for)
     }
 }
 
-/* With attitude alone the vehicle goes as it is told to, through the water, and never farther than its thrusters allow. */
+/* With attitude alone the vehicle goes as it is told to through the water, no farther than its thrusters allow. */
 TEST(thrusters_bound_a_vehicle_that_nobody_measures)
 {
     static const double wanted_mps[][2] = {{0.4, 0}, {0, 0}, {0, -0.2}, {0.1, 0.1}, {0, 0}};
