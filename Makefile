@@ -129,8 +129,25 @@ $(BUILD)/%.o: %.c $(BUILD)/compile.stamp
 define link
 @mkdir -p $(@D)
 @echo '  LD    $@'
-@$(CC) $(LDFLAGS) -o $@ $(filter %.o %.a,$^) $(LIBS)
+@$(CC) $(LDFLAGS) $(call wraps,$(@F)) -o $@ $(filter %.o %.a,$^) $(LIBS)
 endef
+
+# Functions of which a test has its own: the linker wraps them.
+WRAPS_test_template := malloc calloc
+WRAPS_test_query_context := source_stats
+WRAPS_test_drift_words := source_stats
+WRAPS_test_input_port := port_find
+WRAPS_test_depth := loop_clock
+# It counts how often clients are compared with each other, and looked at.
+WRAPS_test_server := session_is_kept peer_same_program peer_order
+# What the disk says is the test's.
+WRAPS_test_segments_outage := open write ftruncate sync_file_range stat
+# Its port and its clock are the test's.
+WRAPS_test_find_sonar := port_find poll clock_gettime
+# All test_rig_*: their clock is turned by the test (tests/lib/rig.h).
+WRAPS_test_rig := clock_gettime epoll_wait
+wraps     = $(addprefix -Wl$(comma)--wrap=,$(WRAPS_$(if $(filter test_rig_%,$(1)),test_rig,$(1))))
+comma    := ,
 
 $(BUILD)/sonard: $(BUILD)/daemon/main.o $(DAEMON) $(CONFIG) $(PROTOCOL) $(DRIVERS) $(GRID) $(CORE) $(BUILD)/link.stamp
 	$(link)
@@ -160,19 +177,6 @@ unit_obj  = $(foreach u,$(UNIT_SRC),$(if $(filter $(1),$(notdir $(u:.c=))),$(BUI
 .SECONDEXPANSION:
 $(UNIT): $(BUILD)/tests/%: $$(call unit_obj,$$*) $(ALL_A) $(BUILD)/link.stamp
 	$(link)
-$(BUILD)/tests/test_template: private LDFLAGS += -Wl,--wrap=malloc,--wrap=calloc
-$(BUILD)/tests/test_query_context $(BUILD)/tests/test_drift_words: private LDFLAGS += -Wl,--wrap=source_stats
-$(BUILD)/tests/test_input_port: private LDFLAGS += -Wl,--wrap=port_find
-$(BUILD)/tests/test_depth: private LDFLAGS += -Wl,--wrap=loop_clock
-# It counts how often clients are compared with each other, and looked at.
-$(BUILD)/tests/test_server: private LDFLAGS += -Wl,--wrap=session_is_kept,--wrap=peer_same_program,--wrap=peer_order
-# What the disk says is the test's.
-$(BUILD)/tests/test_segments_outage: private LDFLAGS += -Wl,--wrap=open,--wrap=write,--wrap=ftruncate,--wrap=sync_file_range,--wrap=stat
-# Its port and its clock are the test's.
-$(BUILD)/tests/test_find_sonar: private LDFLAGS += -Wl,--wrap=port_find,--wrap=poll,--wrap=clock_gettime
-# Their clock is turned by the test: tests/lib/rig.h.
-RIGS     := $(filter $(BUILD)/tests/test_rig_%,$(UNIT))
-$(RIGS): private LDFLAGS += -Wl,--wrap=clock_gettime,--wrap=epoll_wait
 $(BUILD)/tests/test_sim_program: | $(BUILD)/tests/ping360_sim
 $(CORPUS): $(BUILD)/tests/corpus_%: $(BUILD)/tests/fuzz/fuzz_%.o $(BUILD)/tests/fuzz/corpus.o $(ALL_A) $(BUILD)/link.stamp
 	$(link)
@@ -218,7 +222,7 @@ help:
 	@echo 'make check-deb  the packages for amd64 and arm64 in a clean Debian into $(BUILD)/deb, twice the same, clean for lintian'
 	@echo 'make blueos     the BlueOS extension as an OCI image into $(BUILD)/blueos (ARCHS="amd64 arm64"); make check-blueos runs it'
 	@echo 'make coverage   which lines the unit tests, the gate and the live suites reach'
-	@echo 'make mutants    change grid/ in many places, one at a time: does a unit test notice? (MUTANTS="--sample 200 --seed 7")'
+	@echo 'make mutants    change grid/, drivers/ and daemon/ in many places, one at a time: does a test notice? (MUTANTS="--sample 200 --seed 7")'
 	@echo 'make fuzz       run every fuzz target for SECONDS (20) each'
 	@echo 'make soak       load that stays: a day in virtual time, and an hour in which every wire fails, clients come and go (HOURS, MINUTES)'
 	@echo 'make bench      measure: scaling, ratios, every part by itself; $(BUILD)/bench.json (QUICK=1: shorter, LONG=1: all sizes)'
@@ -395,7 +399,8 @@ mutants: private export MUTANTS_COMPILE = $(COMPILE)
 mutants: private export MUTANTS_LINK = $(CC) $(LDFLAGS)
 mutants: private export MUTANTS_LIBS = $(LIBS)
 mutants: private export MUTANTS_ARCHIVES = $(ALL_A)
-mutants: unit
+mutants: private export MUTANTS_WRAPS = $(foreach t,$(notdir $(UNIT)),$(addprefix $(t):,$(call wraps,$(t))))
+mutants: unit programs $(BUILD)/tests/walls
 	@BUILD=$(BUILD) tests/mutants/mutants.py --named
 	@BUILD=$(BUILD) tests/mutants/mutants.py $(MUTANTS)
 
@@ -473,6 +478,7 @@ FILES     = $(BUILD)/sonard:$(PREFIX)/sbin/sonard:755 $(BUILD)/sonarctl:$(PREFIX
             python/sonard-report:$(PREFIX)/bin/sonard-report:755 python/sonard-poses:$(PREFIX)/bin/sonard-poses:755 \
             python/sonard-rosbag:$(PREFIX)/bin/sonard-rosbag:755 python/sonard-import:$(PREFIX)/bin/sonard-import:755 \
             python/mcap_file.py:$(PREFIX)/share/sonard-tools/mcap_file.py:644 \
+            python/sonard_tool.py:$(PREFIX)/share/sonard-tools/sonard_tool.py:644 VERSION:$(PREFIX)/share/sonard-tools/VERSION:644 \
             $(if $(WEB),$(BUILD)/sonard-web:$(PREFIX)/sbin/sonard-web:755) \
             $(foreach p,$(PAGE),report/$(p):$(PREFIX)/share/sonard-report/$(p):644) \
             $(foreach m,$(MAN),$(m):$(PREFIX)/share/man/man$(subst .,,$(suffix $(m)))/$(notdir $(m)):644) \

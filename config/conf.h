@@ -321,6 +321,10 @@ struct conf_checks {
     bool (*uses)(const char *device, const char *key);
     /* Those that have one, as "a, b". */
     void (*users)(const char *key, char *text, size_t size);
+    /* Can a sonar of a good configuration take another value of this key (range, gain or mode) while it runs? */
+    bool (*retunes)(const struct conf *conf, int sonar, const char *key);
+    /* The devices that can, as "a, b". */
+    void (*retuners)(const char *key, char *text, size_t size);
     bool recorded; /* what a recording was made with: a key that its device has no use for is no fault */
 };
 
@@ -353,9 +357,11 @@ typedef void (*conf_change_fn)(void *ctx, const char *section, const char *text,
 
 /**
  * conf_take_live - put the keys of *wanted that a running daemon can change into *now; the others stay as they are.
- * `change` is called for each that differs. What comes out need not go together: see conf_check_together.
+ * `change` is called for each that differs. What comes out need not go together: see conf_check_together. checks may be
+ * NULL: then no sonar can be retuned.
  */
-void conf_take_live(struct conf *now, const struct conf *wanted, conf_change_fn change, void *ctx);
+void conf_take_live(struct conf *now, const struct conf *wanted, const struct conf_checks *checks,
+                    conf_change_fn change, void *ctx);
 
 /** conf_check_together - the rules between keys, as conf_load has them; `source` names the lines.
  * Returns the number of faults. */

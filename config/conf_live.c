@@ -10,23 +10,43 @@
 struct merge {
     struct conf *now;
     const struct conf *wanted;
+    const struct conf_checks *checks;
     conf_change_fn change;
     void *ctx;
 };
 
-static void merge_key(const struct merge *m, const struct conf_key *key, const char *title, void *now,
-                      const void *wanted)
+static void title_of(const struct conf *conf, const struct conf_key *key, int which, char *title, size_t size)
 {
-    char value[CONF_VALUE_MAX], text[CONF_VALUE_MAX + 128];
+    const char *name = conf_key_is_sonar(key) ? conf->sonar[which].name
+                       : which > 0            ? conf->more_grid[which - 1].name
+                                              : "";
+    snprintf(title, size, "%s%s%s", key->section, *name ? " " : "", name);
+}
+
+static bool is_live(const struct merge *m, const struct conf_key *key, int which)
+{
+    if (!key->of_head)
+        return key->live;
+    return m->checks && m->checks->retunes && m->checks->retunes(m->now, which, key->name);
+}
+
+static void merge_key(const struct merge *m, const struct conf_key *key, int which)
+{
+    const size_t base = conf_base(key, which);
+    void *now = (char *)m->now + base;
+    const void *wanted = (const char *)m->wanted + base;
+    char title[CONF_NAME_MAX + 16], value[CONF_VALUE_MAX], text[CONF_VALUE_MAX + 128];
+    const bool live = is_live(m, key, which);
     void *here = (char *)now + key->offset;
     const void *there = (const char *)wanted + key->offset;
     if (memcmp(here, there, key->size) == 0)
         return;
     conf_value_write(key, wanted, value, sizeof value);
+    title_of(m->now, key, which, title, sizeof title);
     snprintf(text, sizeof text, "[%s] %s = %s", title, key->name, value);
-    if (key->live)
+    if (live)
         memcpy(here, there, key->size);
-    m->change(m->ctx, key->section, text, key->live);
+    m->change(m->ctx, key->section, text, live);
 }
 
 /* Sonars and grids are those that there are, in their order; others, or one less, are not for a running daemon. */
@@ -46,17 +66,10 @@ static bool same_grids(const struct conf *a, const struct conf *b)
     return a->n_more_grids == b->n_more_grids;
 }
 
-static void title_of(const struct conf *conf, const struct conf_key *key, int which, char *title, size_t size)
+void conf_take_live(struct conf *now, const struct conf *wanted, const struct conf_checks *checks,
+                    conf_change_fn change, void *ctx)
 {
-    const char *name = conf_key_is_sonar(key) ? conf->sonar[which].name
-                       : which > 0            ? conf->more_grid[which - 1].name
-                                              : "";
-    snprintf(title, size, "%s%s%s", key->section, *name ? " " : "", name);
-}
-
-void conf_take_live(struct conf *now, const struct conf *wanted, conf_change_fn change, void *ctx)
-{
-    const struct merge m = {now, wanted, change, ctx};
+    const struct merge m = {now, wanted, checks, change, ctx};
     const int sonars = same_sonars(now, wanted) ? now->n_sonars : 0;
     const int grids = same_grids(now, wanted) ? 1 + now->n_more_grids : 1;
     locale_t outside = conf_locale_enter();
@@ -66,12 +79,8 @@ void conf_take_live(struct conf *now, const struct conf *wanted, conf_change_fn 
         change(ctx, "grid", "other sections [grid NAME]", false);
     for (const struct conf_key *key = conf_keys; key->name; key++) {
         const int n = conf_key_is_sonar(key) ? sonars : strcmp(key->section, "grid") == 0 ? grids : 1;
-        for (int i = 0; i < n; i++) {
-            char title[CONF_NAME_MAX + 16];
-            const size_t base = conf_base(key, i);
-            title_of(now, key, i, title, sizeof title);
-            merge_key(&m, key, title, (char *)now + base, (const char *)wanted + base);
-        }
+        for (int i = 0; i < n; i++)
+            merge_key(&m, key, i);
     }
     conf_locale_leave(outside);
 }

@@ -106,17 +106,29 @@ static void users_text(const struct conf_checks *checks, const struct conf_key *
         checks->users(key->name, text, size);
 }
 
+/* Whether a reload takes it, as a sentence; empty: it does not. */
+static void reload_text(const struct conf_checks *checks, const struct conf_key *key, char *text, size_t size)
+{
+    char retuners[CONF_VALUE_MAX] = "";
+    text[0] = '\0';
+    if (key->of_head && checks && checks->retuners)
+        checks->retuners(key->name, retuners, sizeof retuners);
+    if (key->live)
+        snprintf(text, size, "Can be reloaded%s%s.", *retuners ? " for " : "", retuners);
+}
+
 /* The example sonar stands in the file; all else is commented out and shows the default. */
 static void sample_key(const struct conf_checks *checks, const struct conf_key *key, FILE *out)
 {
-    char allowed[CONF_VALUE_MAX], users[CONF_VALUE_MAX];
+    char allowed[CONF_VALUE_MAX], users[CONF_VALUE_MAX], reload[CONF_VALUE_MAX + 32];
     conf_value_allowed(key, allowed, sizeof allowed);
     users_text(checks, key, users, sizeof users);
+    reload_text(checks, key, reload, sizeof reload);
     fprintf(out, "\n");
     each_line(key->help, out, put_comment);
     if (*users)
         fprintf(out, "# Only for %s.\n", users);
-    fprintf(out, "# Allowed: %s.%s\n", allowed, key->live ? " Can be reloaded." : "");
+    fprintf(out, "# Allowed: %s.%s%s\n", allowed, *reload ? " " : "", reload);
     if (key->standard)
         fprintf(out, "#%s = %s\n", key->name, key->standard);
     else
@@ -179,8 +191,9 @@ static void man_key(const struct conf_checks *checks, const struct conf_key *key
     else
         snprintf(text, sizeof text, "Required.");
     each_line(text, out, put_roff);
-    if (key->live)
-        fputs("Can be reloaded.\n", out);
+    reload_text(checks, key, text, sizeof text);
+    if (*text)
+        each_line(text, out, put_roff);
 }
 
 void conf_table_man(const struct conf_checks *checks, FILE *out)

@@ -25,6 +25,7 @@
         }                                                                                                         \
     }
 #define LIVE                     .live = true
+#define LIVE_HEAD                .live = true, .of_head = true
 #define OF_DEVICE                .of_device = true
 #define LINE_FORM                "name of a GPIO line, for instance GPIO17"
 #define INTEGER(a, b)            .kind = CONF_INTEGER, .lo = (a), .hi = (b)
@@ -81,11 +82,13 @@ const struct conf_key conf_keys[] = {
      .form = "an absolute path",
      .help = "Symbolic link to a pseudo-terminal that mirrors what the sonar sends, for a viewer or a logger.\n"
              "Bytes written to it are discarded: only sonard sends to the sonar."},
-    {"sonar", "range", QUANTITY(1, "m", 0.75, 200), .standard = "20 m", SONAR(range_m),
+    {"sonar", "range", LIVE_HEAD, QUANTITY(1, "m", 0.75, 200), .standard = "20 m", SONAR(range_m),
      .help = "Range to scan. A longer range makes each revolution of a scanning head slower and the bins\n"
-             "coarser. 20 m is several times the stopping distance of a small ROV."},
-    {"sonar", "gain", OF_DEVICE, INTEGER(0, 40), .standard = "auto", .instead = "auto", .instead_value = -1,
-     SONAR(gain), .help = "Receiver gain on the device's own scale. auto: the device's default."},
+             "coarser. 20 m is several times the stopping distance of a small ROV. A range that is reloaded does\n"
+             "not make the grid or the map larger: until the next start they reach as far as before."},
+    {"sonar", "gain", OF_DEVICE, LIVE_HEAD, INTEGER(0, 40), .standard = "auto", .instead = "auto",
+     .instead_value = -1, SONAR(gain),
+     .help = "Receiver gain on the device's own scale. auto: the device's default."},
     {"sonar", "sector", OF_DEVICE, QUANTITY(2, "deg", -360, 360), .standard = "0 360 deg", SONAR(sector_rad),
      .help = "First and last azimuth of the scan in the sensor's frame, clockwise; 0 is forward of the head. 0\n"
              "360 is the full circle, 300 60 the third ahead. A smaller sector is scanned more often; everything\n"
@@ -93,7 +96,7 @@ const struct conf_key conf_keys[] = {
     {"sonar", "step", OF_DEVICE, QUANTITY(1, "deg", 0.1, 90), .standard = "0.9 deg", SONAR(step_rad),
      .help = "Angle between pings; less than the sector. Twice the step scans twice as fast; beams should still\n"
              "overlap."},
-    {"sonar", "mode", OF_DEVICE, WORDS("auto", "transmit", "request"), .standard = "auto", SONAR(mode),
+    {"sonar", "mode", OF_DEVICE, LIVE_HEAD, WORDS("auto", "transmit", "request"), .standard = "auto", SONAR(mode),
      .help = "transmit: the sonar pings by itself (auto-transmit), which is faster. request: sonard asks for\n"
              "every ping (polled), which old firmware needs. auto: transmit, or request if the sonar refuses."},
     {"sonar", "scan", OF_DEVICE, WORDS("auto", "plain", "active"), .standard = "auto", SONAR(scan),

@@ -45,7 +45,8 @@ struct conf_key {
     const char *form;         /* CONF_TEXT, CONF_PATH, CONF_NAME and CONF_NAMES: what is allowed, in words */
     const char *instead;      /* a word that may stand instead of the value, or NULL ... */
     double instead_value;     /* ... and what the field holds then; a text is empty then */
-    bool live;                /* can be changed while the daemon runs */
+    bool live;                /* can be changed while the daemon runs, ... */
+    bool of_head;             /* ... [sonar NAME]: where its device can, see conf_checks.retunes */
     bool of_device;           /* [sonar NAME]: not every device has a use for it, see conf_checks.uses */
     size_t offset, size;      /* of the field in struct conf, or in struct conf_sonar for section sonar */
     const char *help;         /* what it is and why one would change it; lines of at most 100 columns */

@@ -64,7 +64,7 @@ static void judge_cells(const struct conf *conf, const struct conf_sonar *c, fit
     tell(ctx, f.text);
 }
 
-/* So much of a beam's height, in directions, its edges do not free (docs/grid.md, Water close by). */
+/* So much of a beam's height, in directions, its edges do not free (docs/grid.md, Water near the vehicle). */
 #define EDGE_CELLS 1.5
 
 /* Nothing tells how late its readings are, neither a key nor anything published. */

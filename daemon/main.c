@@ -181,7 +181,8 @@ static void on_record_tick(void *ctx, uint64_t now_ns)
     record_tick(t->d->env.record);
     record_status(t->d->env.record, &s);
     if (s.segments.errors > t->errors)
-        log_line(LOG_ERR, "record_failed", "%s; retrying", s.segments.error.text);
+        log_line(LOG_ERR, "record_failed", "%s; %s", s.segments.error.text,
+                 s.segments.paused ? "the recording has ended without what the disk did not take" : "retrying");
     if (s.segments.resumed > t->resumed)
         log_line(LOG_NOTICE, "record_resumed", "recording again, to %s; %llu messages were lost", s.segments.path,
                  (unsigned long long)s.segments.lost_in_gap);
@@ -549,6 +550,7 @@ static bool take_pose_text(void *ctx, const void *text, size_t n, struct fault *
 static void name_seams(struct process *d)
 {
     d->env.reload = (struct reload_env){.options = d->options,
+                                        .source = d->env.source,
                                         .conf_name = d->env.conf_name,
                                         .conf = &d->env.conf,
                                         .loop = d->env.loop,

@@ -104,7 +104,7 @@ static void put_map(struct plan *plan, const struct conf_map *map)
 
 #define ROUND_RAD 1e-9 /* a sector that ends where it begins, but for rounding */
 
-static bool is_steered(const struct conf *conf, int sonar)
+bool plan_is_steered(const struct conf *conf, int sonar)
 {
     const struct conf_sonar *s = &conf->sonar[sonar];
     if (s->scan != CONF_SCAN_AUTO)
@@ -117,7 +117,7 @@ static void put_process(struct plan *plan, const struct conf *conf)
 {
     plan->steered = 0;
     for (int i = 0; i < conf->n_sonars; i++)
-        plan->steered |= (uint64_t)is_steered(conf, i) << i;
+        plan->steered |= (uint64_t)plan_is_steered(conf, i) << i;
     if (plan->steered)
         put_stage(plan, PLAN_ACTIVE_SENSING, 0, PLAN_NONE, "[sonar NAME] scan = active, or auto");
     else

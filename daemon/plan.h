@@ -67,6 +67,9 @@ struct plan {
 /** plan_make - of a checked configuration. */
 void plan_make(const struct conf *conf, struct plan *plan);
 
+/** plan_is_steered - would that sonar be told where to look, by *conf? See plan.steered. */
+bool plan_is_steered(const struct conf *conf, int sonar);
+
 /** plan_has - is that stage in? */
 bool plan_has(const struct plan *plan, enum plan_id id, int which);
 

@@ -18,7 +18,7 @@ struct outcome {
     const struct conf *conf;          /* in force before */
     struct json_out applied, restart; /* lines of changed keys, */
     unsigned n_applied, n_restart;    /* so many */
-    bool extract[CONF_MAX_SONARS];    /* one of them is this sonar's extraction's */
+    bool extract[CONF_MAX_SONARS];    /* this sonar's extraction begins anew for one of them */
     char fault[560];                  /* the first; empty: none */
     int faults;
 };
@@ -31,13 +31,15 @@ static void on_fault(void *ctx, const char *message)
         snprintf(o->fault, sizeof o->fault, "%s", message);
 }
 
-/* Which sonars' extraction a live key is about; text: "[section] key = value" of the section as it is titled. */
+/* Which sonars' extraction a live key is about; text: "[section] key = value" of the section as it is titled. How a
+ * sonar is asked for its pings (mode) says nothing of what is in them. */
 static void mark_extracts(struct outcome *o, const char *section, const char *text)
 {
     for (int i = 0; i < o->conf->n_sonars; i++) {
         char title[CONF_NAME_MAX + 16];
-        snprintf(title, sizeof title, "[sonar %s] ", o->conf->sonar[i].name);
-        o->extract[i] |= strcmp(section, "extract") == 0 || strncmp(text, title, strlen(title)) == 0;
+        const size_t n = (size_t)snprintf(title, sizeof title, "[sonar %s] ", o->conf->sonar[i].name);
+        const bool of_sonar = strncmp(text, title, n) == 0 && strncmp(text + n, "mode ", 5) != 0;
+        o->extract[i] |= strcmp(section, "extract") == 0 || of_sonar;
     }
 }
 
@@ -99,10 +101,21 @@ static void renew_extract(const struct reload_env *env, int sensor)
     owner_job_leave(&r->job.call, tell_renewal);
 }
 
+/* The sonars of which *conf wants something else than what is in force. */
+static void retune(const struct reload_env *env, const struct conf *conf)
+{
+    for (int i = 0; i < conf->n_sonars; i++) {
+        const struct conf_sonar *now = &env->conf->sonar[i], *wanted = &conf->sonar[i];
+        if (now->range_m != wanted->range_m || now->gain != wanted->gain || now->mode != wanted->mode)
+            source_retune(env->source[i], wanted, &conf->water);
+    }
+}
+
 /* extract: [conf->n_sonars], whose extraction begins anew. */
 static void put_in_force(const struct reload_env *env, const struct conf *conf, const bool *extract)
 {
     struct pose_drift drift;
+    retune(env, conf);
     *env->conf = *conf;
     set_limits(env);
     log_set_level(settings_log_level(conf));
@@ -145,12 +158,12 @@ static bool reload(const struct reload_env *env, struct outcome *o)
     bool good = is_readable_again(settings_path(env->options), o) &&
                 settings_load(env->options, &wanted, &source, on_fault, o);
     if (good) {
-        conf_take_live(&merged, &wanted, ignore_change, NULL);
+        conf_take_live(&merged, &wanted, &settings_checks, ignore_change, NULL);
         good = conf_check_together(&merged, source, &settings_checks, on_fault, o) == 0;
     }
     if (good) {
         merged = *env->conf;
-        conf_take_live(&merged, &wanted, on_change, o);
+        conf_take_live(&merged, &wanted, &settings_checks, on_change, o);
         put_in_force(env, &merged, o->extract);
     }
     conf_source_free(source);

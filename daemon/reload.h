@@ -12,6 +12,7 @@
 #include "config/conf.h"
 #include "core/loop.h"
 #include "daemon/input/pose_log.h"
+#include "daemon/input/source.h"
 #include "daemon/pipeline/pipeline.h"
 #include "daemon/rpc/server.h"
 #include "options.h"
@@ -24,7 +25,8 @@ struct reload_env {
     struct loop *loop;
     struct pipeline *pipeline;
     struct pose_log *poses;
-    struct server *server; /* NULL: none */
+    struct source *const *source; /* of each sonar */
+    struct server *server;        /* NULL: none */
     bool replay;
 };
 

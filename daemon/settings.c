@@ -4,6 +4,7 @@
 #include <ctype.h>
 #include <errno.h>
 #include <stdio.h>
+#include <string.h>
 #include <unistd.h>
 
 #include "wiring.h"
@@ -54,6 +55,21 @@ static void key_users(const char *key, char *text, size_t size)
             n += (size_t)snprintf(text + n, size - n, "%s%s", n > 0 ? ", " : "", (*ops)->name);
 }
 
+/* A head that is steered is asked for every ping, whatever its mode. */
+static bool sonar_retunes(const struct conf *conf, int sonar, const char *key)
+{
+    return device_find(conf->sonar[sonar].device)->retune &&
+           (strcmp(key, "mode") != 0 || !plan_is_steered(conf, sonar));
+}
+
+static void key_retuners(const char *key, char *text, size_t size)
+{
+    size_t n = 0;
+    for (const struct device_ops *const *ops = device_table; *ops; ops++)
+        if ((*ops)->retune && device_key_find(*ops, key) && n < size)
+            n += (size_t)snprintf(text + n, size - n, "%s%s", n > 0 ? ", " : "", (*ops)->name);
+}
+
 static bool line_exists(const char *name, struct fault *fault)
 {
     (void)name;
@@ -77,7 +93,9 @@ const struct conf_checks settings_checks = {.device = device_exists,
                                             .sonar = source_check,
                                             .whole = whole_check,
                                             .uses = device_uses,
-                                            .users = key_users};
+                                            .users = key_users,
+                                            .retunes = sonar_retunes,
+                                            .retuners = key_retuners};
 
 void settings_man(FILE *out)
 {

@@ -5,9 +5,7 @@ set -eu
 cd "$(dirname "$0")/.."
 folder=$1
 . packaging/identity
-case $EMAIL$HOMEPAGE$VCS_GIT$VCS_BROWSER in
-*example.org*) echo "warning: packaging/identity names nobody: fill it in before you publish a package" >&2 ;;
-esac
+packaging/named.sh
 mkdir -p "$folder"
 git ls-files -z | xargs -0 cp --parents -t "$folder"
 sed -i -e "s|^Maintainer: .*|Maintainer: $MAINTAINER <$EMAIL>|" -e "s|^Homepage: .*|Homepage: $HOMEPAGE|" \

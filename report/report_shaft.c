@@ -60,14 +60,14 @@ static double normal(struct dice *dice)
     return sqrt(2) * creal(dice_normal(dice));
 }
 
-static double free_along(const struct chart *c, const double from[3], int axis, double step_m)
+/* Free voxels in a row from one of them on, times their edge. */
+static double free_along(const struct chart *c, const double from[3], int axis, int step)
 {
-    double at[3] = {from[0], from[1], from[2]}, length_m = 0;
+    struct lattice_place at = chart_place(c, from);
+    double length_m = 0;
 
-    while (chart_state(c, at) == VOXEL_FREE) {
-        length_m += fabs(step_m);
-        at[axis] += step_m;
-    }
+    for (; chart_cell(c, at.cell) == VOXEL_FREE; at.cell[axis] += step)
+        length_m += c->set.voxel_m;
     return length_m;
 }
 
@@ -85,7 +85,7 @@ static double measure(const struct chart *c, const struct dimension *d)
             at[d->axis] = d->low[d->axis];
             at[u] = p;
             at[v] = q;
-            length_m[n++] = free_along(c, at, d->axis, h) + fmax(0, free_along(c, at, d->axis, -h) - h);
+            length_m[n++] = free_along(c, at, d->axis, 1) + fmax(0, free_along(c, at, d->axis, -1) - h);
         }
     cost_sort(length_m, n);
     for (unsigned i = n / 4; i < n - n / 4; i++)

@@ -21,13 +21,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "client/mavlink/speed_bound.h"
 #include "daemon/methods/query_context.h"
-#include "daemon/pipeline/active_sensing.h"
 #include "drivers/devices/ping360.h"
-#include "drivers/devices/ping360_scan.h"
 #include "tests/lib/daemon_rig.h"
 #include "tests/lib/rov.h"
+#include "tests/pilot/head.h"
+#include "tests/pilot/rov_bound.h"
 #include "tests/pilot/run.h"
 
 #define FIRST       911001u
@@ -37,14 +36,13 @@
 #define PAST_M      0.25
 #define CLEAR_M     0.3 /* the vehicle stops being watched as near to something */
 #define TICK_S      0.01
-#define SAMPLE      5  /* ticks: 20 pulses a second */
+#define SAMPLE      5  /* ticks: ROV_BOUND_S */
 #define POSE        10 /* ... and 10 poses */
 #define LOOK        50
 #define ASK         100
 #define REST_S      40 /* idle, and at the end stabilised: the bound forgets the start; then ... */
 #define MANOEUVRE_S 12 /* ... it does what it does, until it is ... */
 #define WATCH_S     40 /* ... watched */
-#define VOLTS       16.8
 
 enum manoeuvre { HOVER_POOL, HOVER_HARBOUR, CREEP, MANOEUVRES };
 
@@ -71,17 +69,12 @@ struct dive {
     struct rov rov;
     struct rov_sticks sticks;
     struct pilot_world world;
-    struct speed_bound bound;
-    struct push push;
-    struct ping360_scan scan;
-    struct next_look_features features;
+    struct rov_bound bound;
+    struct pilot_head head;
     double start_m[3]; /* where it was when the scene began */
-    int last_us[8];
-    double last_down[3], last_yaw_rad, climb_mps, t_s, speed_mps;
+    double t_s, speed_mps;
     double next_ping_s;
     uint32_t pings;
-    uint16_t last_angle;
-    bool backward;
     double line_s;
     double look_m;
     uint64_t seed;
@@ -94,13 +87,6 @@ static double heading_of(const struct rov *r)
     return atan2(m[1][0], m[0][0]);
 }
 
-static void down_of(const struct rov *r, double down[3])
-{
-    double m[3][3];
-    rov_axes(r, m);
-    memcpy(down, m[2], 3 * sizeof *down);
-}
-
 static uint64_t ns_of(double t_s)
 {
     return (uint64_t)((1000 + t_s) * 1e9);
@@ -109,33 +95,11 @@ static uint64_t ns_of(double t_s)
 /* As sonard-mavlink: the bound of the speed, and which way the thrusters push. */
 static void sample(struct dive *v)
 {
-    struct speed_bound_push push = {.frame = thrust_frame(1), .tilt_known = true, .climb_known = true};
-    const double dt_s = SAMPLE * TICK_S, yaw_rad = heading_of(&v->rov);
-    double ground[3], was[2], is[2], mps[DRIFT_WAYS], n[2] = {0};
-    rov_velocity(&v->rov, ground);
-    v->climb_mps += (ground[2] - v->climb_mps) * (1 - exp(-dt_s / 2));
-    push.climb_mps = fabs(v->climb_mps) + 0.03;
-    push.turned_rad = remainder(yaw_rad - v->last_yaw_rad, GEO_TURN);
-    memcpy(push.down[0], v->last_down, sizeof push.down[0]);
-    down_of(&v->rov, push.down[1]);
-    for (int k = 0; k < push.frame->n; k++) {
-        const struct thrust_motor *m = &push.frame->motor[k];
-        const struct thrust_range a = thrust_range(m, v->last_us[k], v->rov.direction[k], VOLTS),
-                                  b = thrust_range(m, v->rov.pulse_us[k], v->rov.direction[k], VOLTS);
-        push.thrust[k] = (struct thrust_range){fmin(a.least_n, b.least_n), fmax(a.most_n, b.most_n)};
-        for (int i = 0; i < 2; i++)
-            n[i] += m->axis[i] * (b.least_n + b.most_n) / 2;
-    }
-    speed_bound_mps(&v->bound, was);
-    speed_bound_step(&v->bound, &push, dt_s);
-    speed_bound_mps(&v->bound, is);
-    for (int k = 0; k < DRIFT_WAYS; k++)
-        mps[k] = fmax(was[k], is[k]);
+    double ground[3], mps[DRIFT_WAYS], n[2];
+    rov_bound_sample(&v->bound, &v->rov, mps, n);
     pose_log_bound(&d.poses, ns_of(v->t_s), mps);
-    push_put(&v->push, ns_of(v->t_s), n);
-    memcpy(v->last_down, push.down[1], sizeof v->last_down);
-    v->last_yaw_rad = yaw_rad;
-    memcpy(v->last_us, v->rov.pulse_us, sizeof v->last_us);
+    push_put(&d.push, ns_of(v->t_s), n);
+    rov_velocity(&v->rov, ground);
     v->speed_mps = hypot(ground[0], ground[1]);
 }
 
@@ -155,20 +119,6 @@ static void place_of(const struct dive *v, double place_m[3])
         place_m[i] = v->rov.place_m[i] - v->start_m[i];
 }
 
-static void steer(struct dive *v)
-{
-    double push[3];
-    struct pose pose = pose_identity;
-    struct active_sensing_look look = {0};
-    const uint64_t now_ns = ns_of(v->t_s);
-    const bool pushed = push_way(&v->push, now_ns, push);
-    pose_log_at(&d.poses, now_ns, &pose);
-    const struct active_sensing_head head = {&pose, pushed ? push : NULL, &d.mount[0], &v->features};
-    active_sensing_sector(pipeline_picture(d.pipeline), now_ns, 30, &head, &look);
-    if (d.plan.steered & 1)
-        ping360_scan_steer(&v->scan, look.from_rad, look.to_rad, look.only);
-}
-
 #define MOTOR_S     0.006 /* a gradian; and ... */
 #define HEAD_S      0.018 /* ... from the last sample to the first byte (docs/devices/ping360.md) */
 #define REPLY_BYTES 24    /* beside the samples */
@@ -176,9 +126,6 @@ static void steer(struct dive *v)
 static void hear(struct dive *v)
 {
     const double range_m = d.conf.sonar[0].range_m;
-    const uint16_t angle = ping360_scan_angle(&v->scan);
-    const int turn = ping360_angle_to(v->last_angle, angle);
-    const bool turned_back = turn != 0 && (turn < 0) != v->backward;
     struct pilot_shot shot = {.world = &v->world,
                               .seed = v->seed,
                               .mount = d.mount,
@@ -186,20 +133,15 @@ static void hear(struct dive *v)
                               .t_s = v->t_s,
                               .number = ++v->pings,
                               .aimed = true,
-                              .head_units = (angle + (uint32_t)PING360_TURN - PING360_AHEAD) % PING360_TURN,
-                              .range_m = range_m,
-                              .new_turn = turned_back || (angle < v->last_angle && turn > 0)};
+                              .range_m = range_m};
+    const int turns = pilot_head_ping(&v->head, ns_of(v->t_s), &shot.head_units, &shot.new_turn);
     place_of(v, shot.place_m);
     struct ping *ping = pipeline_begin(d.pipeline);
     ping->t_ns = ping->t_in_ns = ns_of(v->t_s);
     pilot_sonar_hear(PILOT_PING360, &shot, ping);
     pose_log_at(&d.poses, ping->t_ns, &ping->pose);
     pipeline_submit(d.pipeline, ping);
-    v->backward = turn != 0 ? turn < 0 : v->backward;
-    v->last_angle = angle;
-    ping360_scan_advance(&v->scan, ns_of(v->t_s));
-    const int next = abs(ping360_angle_to(angle, ping360_scan_angle(&v->scan)));
-    v->next_ping_s = v->t_s + next * MOTOR_S + HEAD_S + 2 * range_m / 1500 + v->line_s;
+    v->next_ping_s = v->t_s + turns * MOTOR_S + HEAD_S + 2 * range_m / 1500 + v->line_s;
 }
 
 /* ---- what is said, and what is true ---- */
@@ -294,12 +236,8 @@ static bool begin(struct dive *v, enum manoeuvre what, enum pilot_place place, u
     rov_start(&v->rov, seed, false, manoeuvres[what].current_mps);
     v->rov.place_m[2] = v->sticks.depth_m = 10;
     v->sticks.levels = v->sticks.heads = v->sticks.deep = true;
-    for (int k = 0; k < 8; k++)
-        v->last_us[k] = v->rov.pulse_us[k] = 1500;
-    down_of(&v->rov, v->last_down);
-    speed_bound_start(&v->bound, &(struct speed_bound_conf){0});
-    ping360_scan_init(&v->scan, 0, 0, d.conf.sonar[0].step_rad);
-    v->last_angle = PING360_AHEAD;
+    rov_bound_start(&v->bound, &v->rov);
+    pilot_head_start(&v->head, d.conf.sonar[0].step_rad);
     v->look_m = query_look_ahead_m(&d);
     return true;
 }
@@ -337,7 +275,7 @@ static void watch(enum manoeuvre what, unsigned place, uint64_t seed)
         if (k % POSE == 0)
             tell_pose(&v);
         if (k % LOOK == 0)
-            steer(&v);
+            pilot_head_steer(&v.head, &d, ns_of(v.t_s));
         if (v.t_s > 2 && v.t_s >= v.next_ping_s)
             hear(&v);
         const bool creeps = what != CREEP || (v.speed_mps > 0.12 && v.speed_mps < 0.35);

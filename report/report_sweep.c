@@ -22,281 +22,125 @@
 #define LONG_SEEDS  16
 #define COUNT_PINGS 16
 
-static const struct row {
-    struct knob knob;
-    bool learn;  /* with a template of the vehicle */
-    bool listed; /* no other chapter turns it */
-} rows[] = {
-#define LEARN true
-#define ROW(s, k, v, m, t)                                                                                        \
-    {                                                                                                             \
-        {.name = (k), .section = (s), .value = (v), .more = (m)}, (t), false                                      \
-    }
-#define LISTED(s, k, v, m, t)                                                                                     \
-    {                                                                                                             \
-        {.name = (k), .section = (s), .value = (v), .more = (m)}, (t), true                                       \
-    }
-#define LOG      "amplitude = log\ndecibels_per_count = 0.3 dB\n"
-#define CLEANUP  "[extract]\nmedian = 3\notsu = on\nclahe = on\nclasses = on\n"
-#define PAPER    "[extract]\norder = paper\n"
-#define CLAHE    "[extract]\norder = paper\nclahe = on\n"
-#define OS       "[extract]\ndetector = os\n"
-#define MINIMUM  "[extract]\nno_echo = minimum\n"
-#define GAUSS    "[grid]\nsensor_model = gauss\n"
-#define CLEAR_3S "[grid]\nclear_for = 3 s\n"
-#define MAP      "[map]\nvoxel = 0.2 m\n"
-    ROW("sonar", "ring_down", NULL, NULL, 0),
-    ROW("sonar", "ring_down", "0.5 m", NULL, 0),
-    ROW("sonar", "ring_down", "1.5 m", NULL, 0),
-    ROW("sonar", "amplitude", NULL, NULL, 0),
-    ROW("sonar", "amplitude", "linear", NULL, 0),
-    ROW("sonar", "amplitude", "power", NULL, 0),
-    ROW("sonar", "amplitude", "sqrt", NULL, 0),
-    ROW("sonar", "decibels_per_count", "0.2 dB", LOG, 0),
-    ROW("sonar", "decibels_per_count", "0.3137 dB", LOG, 0),
-    ROW("sonar", "decibels_per_count", "0.45 dB", LOG, 0),
-    ROW("sonar", "aperture", NULL, NULL, 0),
-    ROW("sonar", "aperture", "1 12 deg", NULL, 0),
-    ROW("sonar", "aperture", "4 40 deg", NULL, 0),
-    ROW("sonar", "mount", NULL, NULL, 0),
-    ROW("sonar", "mount", "0.3 0 0 m", NULL, 0),
-    ROW("sonar", "mount", "0 0 0.3 m", NULL, 0),
-    ROW("sonar", "rotation", NULL, NULL, 0),
-    ROW("sonar", "rotation", "0 0 3 deg", NULL, 0),
-    ROW("sonar", "rotation", "0 0 90 deg", NULL, 0),
-    ROW("sonar", "mirror", NULL, NULL, 0),
-    ROW("sonar", "mirror", "yes", NULL, 0),
-    ROW("water", "sound_speed", NULL, NULL, 0),
-    ROW("water", "sound_speed", "1450 m/s", NULL, 0),
-    ROW("water", "sound_speed", "1550 m/s", NULL, 0),
-    ROW("extract", "detector", NULL, NULL, 0),
-    ROW("extract", "detector", "ca", NULL, 0),
-    ROW("extract", "detector", "goca", NULL, 0),
-    ROW("extract", "detector", "os", NULL, 0),
-    ROW("extract", "order", NULL, CLEANUP, 0),
-    ROW("extract", "order", "paper", CLEANUP, 0),
-    ROW("extract", "false_alarm", NULL, NULL, 0),
-    ROW("extract", "false_alarm", "1e-2", NULL, 0),
-    ROW("extract", "false_alarm", "1e-5", NULL, 0),
-    ROW("extract", "false_alarm", "1e-8", NULL, 0),
-    ROW("extract", "window", NULL, NULL, 0),
-    ROW("extract", "window", "0.2 m", NULL, 0),
-    ROW("extract", "window", "0.8 m", NULL, 0),
-    ROW("extract", "window", "3.2 m", NULL, 0),
-    ROW("extract", "guard", NULL, NULL, 0),
-    ROW("extract", "guard", "0 m", NULL, 0),
-    ROW("extract", "guard", "0.05 m", NULL, 0),
-    ROW("extract", "guard", "0.3 m", NULL, 0),
-    LISTED("extract", "rank", NULL, OS, 0),
-    LISTED("extract", "rank", "0.25", OS, 0),
-    LISTED("extract", "rank", "0.5", OS, 0),
-    LISTED("extract", "rank", "1", OS, 0),
-    ROW("extract", "floor", NULL, NULL, 0),
-    ROW("extract", "floor", "1", NULL, 0),
-    ROW("extract", "floor", "30", NULL, 0),
-    ROW("extract", "min_contrast", NULL, NULL, 0),
-    ROW("extract", "min_contrast", "8 dB", NULL, 0),
-    ROW("extract", "min_contrast", "11 dB", NULL, 0),
-    ROW("extract", "min_contrast", "20 dB", NULL, 0),
-    LISTED("extract", "learn_ring_down", NULL, NULL, 0),
-    LISTED("extract", "learn_ring_down", "on", NULL, 0),
-    ROW("extract", "median", NULL, PAPER, 0),
-    ROW("extract", "median", "3", PAPER, 0),
-    ROW("extract", "median", "5", PAPER, 0),
-    ROW("extract", "otsu", NULL, PAPER, 0),
-    ROW("extract", "otsu", "on", PAPER, 0),
-    LISTED("extract", "clahe", NULL, PAPER, 0),
-    LISTED("extract", "clahe", "on", PAPER, 0),
-    LISTED("extract", "clahe_clip", NULL, CLAHE, 0),
-    LISTED("extract", "clahe_clip", "1", CLAHE, 0),
-    LISTED("extract", "clahe_clip", "4", CLAHE, 0),
-    LISTED("extract", "clahe_clip", "100", CLAHE, 0),
-    ROW("extract", "classes", NULL, PAPER, 0),
-    ROW("extract", "classes", "on", PAPER, 0),
-    ROW("extract", "marks", NULL, NULL, 0),
-    ROW("extract", "marks", "off", NULL, 0),
-    LISTED("extract", "no_echo", NULL, NULL, 0),
-    LISTED("extract", "no_echo", "minimum", NULL, 0),
-    LISTED("extract", "no_echo", "range", NULL, 0),
-    ROW("extract", "target", NULL, NULL, 0),
-    ROW("extract", "target", "pile", NULL, 0),
-    ROW("extract", "target", "net", NULL, 0),
-    ROW("extract", "target", "line", NULL, 0),
-    ROW("extract", "bottom", NULL, NULL, 0),
-    ROW("extract", "bottom", "off", NULL, 0),
-    ROW("extract", "bottom", "12 dB", NULL, 0),
-    ROW("extract", "bottom", "20 dB", NULL, 0),
-    LISTED("extract", "minimum_range", NULL, MINIMUM, 0),
-    LISTED("extract", "minimum_range", "0.1 m", MINIMUM, 0),
-    LISTED("extract", "minimum_range", "3 m", MINIMUM, 0),
-    LISTED("extract", "minimum_range", "10 m", MINIMUM, 0),
-    LISTED("background", "mask", NULL, NULL, LEARN),
-    LISTED("background", "mask", "16", NULL, LEARN),
-    LISTED("background", "mask", "160", NULL, LEARN),
-    LISTED("background", "mask", "250", NULL, LEARN),
-    LISTED("background", "neighbour", NULL, NULL, LEARN),
-    LISTED("background", "neighbour", "0.05 m", NULL, LEARN),
-    LISTED("background", "neighbour", "0.5 m", NULL, LEARN),
-    LISTED("background", "min_points", NULL, NULL, LEARN),
-    LISTED("background", "min_points", "2", NULL, LEARN),
-    LISTED("background", "min_points", "30", NULL, LEARN),
-    LISTED("background", "min_level", NULL, NULL, LEARN),
-    LISTED("background", "min_level", "20", NULL, LEARN),
-    LISTED("background", "min_level", "240", NULL, LEARN),
-    LISTED("background", "extent", NULL, NULL, LEARN),
-    LISTED("background", "extent", "0.1 m", NULL, LEARN),
-    LISTED("background", "extent", "5 m", NULL, LEARN),
-    LISTED("background", "reach", NULL, NULL, LEARN),
-    LISTED("background", "reach", "0.5 m", NULL, LEARN),
-    LISTED("background", "reach", "12 m", NULL, LEARN),
-    LISTED("background", "share", NULL, NULL, LEARN),
-    LISTED("background", "share", "0.01", NULL, LEARN),
-    LISTED("background", "share", "1", NULL, LEARN),
-    LISTED("background", "ring", NULL, NULL, LEARN),
-    LISTED("background", "ring", "0 m", NULL, LEARN),
-    LISTED("background", "ring", "1 m", NULL, LEARN),
-    LISTED("background", "open_water", NULL, NULL, LEARN),
-    LISTED("background", "open_water", "yes", NULL, LEARN),
-    ROW("grid", "range", NULL, NULL, 0),
-    ROW("grid", "range", "6 m", NULL, 0),
-    ROW("grid", "range", "20 m", NULL, 0),
-    ROW("grid", "angular_step", NULL, NULL, 0),
-    ROW("grid", "angular_step", "1 deg", NULL, 0),
-    ROW("grid", "angular_step", "4 deg", NULL, 0),
-    ROW("grid", "angular_step", "10 deg", NULL, 0),
-    ROW("grid", "layer", NULL, NULL, 0),
-    ROW("grid", "layer", "0.01 m", NULL, 0),
-    ROW("grid", "layer", "0.2 m", NULL, 0),
-    ROW("grid", "growth", NULL, NULL, 0),
-    ROW("grid", "growth", "1", NULL, 0),
-    ROW("grid", "growth", "1.1", NULL, 0),
-    ROW("grid", "growth", "1.3", NULL, 0),
-    ROW("grid", "elevation", NULL, NULL, 0),
-    ROW("grid", "elevation", "level", NULL, 0),
-    LISTED("grid", "axes", NULL, NULL, 0),
-    LISTED("grid", "axes", "course", NULL, 0),
-    ROW("grid", "sensor_model", NULL, NULL, 0),
-    ROW("grid", "sensor_model", "gauss", NULL, 0),
-    ROW("grid", "sensor_model", "midpoint", NULL, 0),
-    ROW("grid", "update", NULL, NULL, 0),
-    ROW("grid", "update", "max", NULL, 0),
-    LISTED("grid", "range_error", NULL, GAUSS, 0),
-    LISTED("grid", "range_error", "0", GAUSS, 0),
-    LISTED("grid", "range_error", "0.01", GAUSS, 0),
-    LISTED("grid", "range_error", "0.05", GAUSS, 0),
-    LISTED("grid", "mask_reach", NULL, GAUSS, 0),
-    LISTED("grid", "mask_reach", "1.2", GAUSS, 0),
-    LISTED("grid", "mask_reach", "3", GAUSS, 0),
-    LISTED("grid", "mask_reach", "4", GAUSS, 0),
-    ROW("grid", "relaxation", NULL, NULL, 0),
-    ROW("grid", "relaxation", "0.5", NULL, 0),
-    ROW("grid", "relaxation", "1", NULL, 0),
-    ROW("grid", "max_cells", NULL, NULL, 0),
-    ROW("grid", "max_cells", "1024", NULL, 0),
-    ROW("grid", "max_cells", "8192", NULL, 0),
-    LISTED("grid", "blocked_above", NULL, NULL, 0),
-    LISTED("grid", "blocked_above", "0.51", NULL, 0),
-    LISTED("grid", "blocked_above", "0.75", NULL, 0),
-    LISTED("grid", "blocked_above", "0.95", NULL, 0),
-    ROW("grid", "clear_for", NULL, NULL, 0),
-    ROW("grid", "clear_for", "3 s", NULL, 0),
-    ROW("grid", "clear_for", "10 s", NULL, 0),
-    ROW("grid", "clear_for", "120 s", NULL, 0),
-    LISTED("grid", "forget", NULL, CLEAR_3S, 0),
-    LISTED("grid", "forget", "5 s", CLEAR_3S, 0),
-    LISTED("grid", "forget", "30 s", CLEAR_3S, 0),
-    LISTED("grid", "forget", "1000 s", CLEAR_3S, 0),
-    LISTED("grid", "move_limit", NULL, NULL, 0),
-    LISTED("grid", "move_limit", "0.1 m", NULL, 0),
-    LISTED("grid", "move_limit", "0.5 m", NULL, 0),
-    LISTED("grid", "move_limit", "2 m", NULL, 0),
-    ROW("map", "voxel", "0.2 m", NULL, 0),
-    ROW("map", "voxel", "0.1 m", NULL, 0),
-    ROW("map", "voxel", "0.4 m", NULL, 0),
-    ROW("map", "memory", NULL, MAP, 0),
-    ROW("map", "memory", "8 MiB", MAP, 0),
-    ROW("map", "memory", "256 MiB", MAP, 0),
-    ROW("map", "extent", NULL, MAP, 0),
-    ROW("map", "extent", "10 m", MAP, 0),
-    ROW("map", "extent", "60 m", MAP, 0),
-    ROW("map", "height", NULL, MAP, 0),
-    ROW("map", "height", "4 m", MAP, 0),
-    ROW("map", "height", "30 m", MAP, 0),
-    ROW("map", "threshold", NULL, MAP, 0),
-    ROW("map", "threshold", "0", MAP, 0),
-    ROW("map", "threshold", "2", MAP, 0),
-    ROW("map", "threshold", "8", MAP, 0),
-    ROW("map", "echoes", NULL, MAP, 0),
-    ROW("map", "echoes", "off", MAP, 0),
-    ROW("map", "echo_weight", NULL, MAP, 0),
-    ROW("map", "echo_weight", "0", MAP, 0),
-    ROW("map", "echo_weight", "1", MAP, 0),
-    ROW("map", "echo_weight", "8", MAP, 0),
-    ROW("map", "tolerance", NULL, MAP, 0),
-    ROW("map", "tolerance", "0.05 m", MAP, 0),
-    ROW("map", "tolerance", "0.2 m", MAP, 0),
-    ROW("map", "opening", NULL, MAP, 0),
-    ROW("map", "opening", "0.1", MAP, 0),
-    ROW("map", "opening", "1", MAP, 0),
-    ROW("map", "weight_levels", NULL, MAP, 0),
-    ROW("map", "weight_levels", "4", MAP, 0),
-    ROW("map", "weight_levels", "8", MAP, 0),
-    ROW("map", "beam", NULL, MAP, 0),
-    ROW("map", "beam", "pyramid", MAP, 0),
-    ROW("map", "body", NULL, MAP, 0),
-    ROW("map", "body", "0.25 m", MAP, 0),
-    ROW("map", "body", "0.5 m", MAP, 0),
-    ROW("map", "submap_distance", NULL, MAP, 0),
-    ROW("map", "submap_distance", "1 m", MAP, 0),
-    ROW("map", "submap_distance", "50 m", MAP, 0),
-    LISTED("map", "submap_time", NULL, MAP, 0),
-    LISTED("map", "submap_time", "5 s", MAP, 0),
-    LISTED("map", "submap_time", "20 s", MAP, 0),
-    LISTED("map", "forget", NULL, MAP, 0),
-    LISTED("map", "forget", "5 s", MAP, 0),
-    LISTED("map", "forget", "20 s", MAP, 0),
-    ROW("pose", "max_age", NULL, NULL, 0),
-    ROW("pose", "max_age", "0.05 s", NULL, 0),
-    ROW("pose", "max_age", "10 s", NULL, 0),
-    ROW("pose", "heading_drift", NULL, NULL, 0),
-    ROW("pose", "heading_drift", "0 deg/s", NULL, 0),
-    ROW("pose", "heading_drift", "0.1 deg/s", NULL, 0),
-    ROW("pose", "heading_drift", "1 deg/s", NULL, 0),
-    ROW("pose", "delay", NULL, NULL, 0),
-    ROW("pose", "delay", "0.1 0.05 s", NULL, 0),
-    ROW("pose", "delay", "0.5 0.5 s", NULL, 0),
-    ROW("vehicle", "radius", NULL, NULL, 0),
-    ROW("vehicle", "radius", "0.1 m", NULL, 0),
-    ROW("vehicle", "radius", "1 m", NULL, 0),
-    ROW("vehicle", "height", NULL, NULL, 0),
-    ROW("vehicle", "height", "0.1 m", NULL, 0),
-    ROW("vehicle", "height", "2 m", NULL, 0),
-    ROW("vehicle", "margin", NULL, NULL, 0),
-    ROW("vehicle", "margin", "0 m", NULL, 0),
-    ROW("vehicle", "margin", "1 m", NULL, 0),
-    ROW("vehicle", "near", NULL, NULL, 0),
-    ROW("vehicle", "near", "1 m", NULL, 0),
-    ROW("vehicle", "near", "4 m", NULL, 0),
-    ROW("vehicle", "max_speed", NULL, NULL, 0),
-    ROW("vehicle", "max_speed", "0.2 m/s", NULL, 0),
-    ROW("vehicle", "max_speed", "2 m/s", NULL, 0),
-    ROW("vehicle", "max_turn", NULL, NULL, 0),
-    ROW("vehicle", "max_turn", "20 deg/s", NULL, 0),
-    ROW("vehicle", "max_turn", "180 deg/s", NULL, 0),
-    ROW("vehicle", "braking", NULL, NULL, 0),
-    ROW("vehicle", "braking", "0.05 m/s2", NULL, 0),
-    ROW("vehicle", "braking", "1 m/s2", NULL, 0),
-    ROW("vehicle", "latency", NULL, NULL, 0),
-    ROW("vehicle", "latency", "0 s", NULL, 0),
-    ROW("vehicle", "latency", "2 s", NULL, 0),
-    ROW("vehicle", "unknown", NULL, NULL, 0),
-    ROW("vehicle", "unknown", "stop", NULL, 0),
-    ROW("vehicle", "unknown", "ignore", NULL, 0),
-    ROW("vehicle", "slow", NULL, NULL, 0),
-    ROW("vehicle", "slow", "0 m/s", NULL, 0),
-    ROW("vehicle", "slow", "0.3 m/s", NULL, 0),
+/* A row for each value of a key. */
+#define MAX_VALUES 4
+#define SHIPPED    ""
+#define LOG        "amplitude = log\ndecibels_per_count = 0.3 dB\n"
+#define CLEANUP    "[extract]\nmedian = 3\notsu = on\nclahe = on\nclasses = on\n"
+#define PAPER      "[extract]\norder = paper\n"
+#define CLAHE      "[extract]\norder = paper\nclahe = on\n"
+#define OS         "[extract]\ndetector = os\n"
+#define MINIMUM    "[extract]\nno_echo = minimum\n"
+#define GAUSS      "[grid]\nsensor_model = gauss\n"
+#define CLEAR_3S   "[grid]\nclear_for = 3 s\n"
+#define MAP        "[map]\nvoxel = 0.2 m\n"
+
+static const struct swept {
+    const char *section, *key;
+    const char *more;              /* as in struct knob */
+    bool learn;                    /* with a template of the vehicle */
+    bool listed;                   /* no other chapter turns it */
+    const char *value[MAX_VALUES]; /* as a file has it; the first may be SHIPPED */
+} swept[] = {
+    {"sonar", "ring_down", NULL, false, false, {SHIPPED, "0.5 m", "1.5 m"}},
+    {"sonar", "amplitude", NULL, false, false, {SHIPPED, "linear", "power", "sqrt"}},
+    {"sonar", "decibels_per_count", LOG, false, false, {"0.2 dB", "0.3137 dB", "0.45 dB"}},
+    {"sonar", "aperture", NULL, false, false, {SHIPPED, "1 12 deg", "4 40 deg"}},
+    {"sonar", "mount", NULL, false, false, {SHIPPED, "0.3 0 0 m", "0 0 0.3 m"}},
+    {"sonar", "rotation", NULL, false, false, {SHIPPED, "0 0 3 deg", "0 0 90 deg"}},
+    {"sonar", "mirror", NULL, false, false, {SHIPPED, "yes"}},
+    {"water", "sound_speed", NULL, false, false, {SHIPPED, "1450 m/s", "1550 m/s"}},
+    {"extract", "detector", NULL, false, false, {SHIPPED, "ca", "goca", "os"}},
+    {"extract", "order", CLEANUP, false, false, {SHIPPED, "paper"}},
+    {"extract", "false_alarm", NULL, false, false, {SHIPPED, "1e-2", "1e-5", "1e-8"}},
+    {"extract", "window", NULL, false, false, {SHIPPED, "0.2 m", "0.8 m", "3.2 m"}},
+    {"extract", "guard", NULL, false, false, {SHIPPED, "0 m", "0.05 m", "0.3 m"}},
+    {"extract", "rank", OS, false, true, {SHIPPED, "0.25", "0.5", "1"}},
+    {"extract", "floor", NULL, false, false, {SHIPPED, "1", "30"}},
+    {"extract", "min_contrast", NULL, false, false, {SHIPPED, "8 dB", "11 dB", "20 dB"}},
+    {"extract", "learn_ring_down", NULL, false, true, {SHIPPED, "on"}},
+    {"extract", "median", PAPER, false, false, {SHIPPED, "3", "5"}},
+    {"extract", "otsu", PAPER, false, false, {SHIPPED, "on"}},
+    {"extract", "clahe", PAPER, false, true, {SHIPPED, "on"}},
+    {"extract", "clahe_clip", CLAHE, false, true, {SHIPPED, "1", "4", "100"}},
+    {"extract", "classes", PAPER, false, false, {SHIPPED, "on"}},
+    {"extract", "marks", NULL, false, false, {SHIPPED, "off"}},
+    {"extract", "no_echo", NULL, false, true, {SHIPPED, "minimum", "range"}},
+    {"extract", "target", NULL, false, false, {SHIPPED, "pile", "net", "line"}},
+    {"extract", "bottom", NULL, false, false, {SHIPPED, "off", "12 dB", "20 dB"}},
+    {"extract", "minimum_range", MINIMUM, false, true, {SHIPPED, "0.1 m", "3 m", "10 m"}},
+    {"background", "mask", NULL, true, true, {SHIPPED, "16", "160", "250"}},
+    {"background", "neighbour", NULL, true, true, {SHIPPED, "0.05 m", "0.5 m"}},
+    {"background", "min_points", NULL, true, true, {SHIPPED, "2", "30"}},
+    {"background", "min_level", NULL, true, true, {SHIPPED, "20", "240"}},
+    {"background", "extent", NULL, true, true, {SHIPPED, "0.1 m", "5 m"}},
+    {"background", "reach", NULL, true, true, {SHIPPED, "0.5 m", "12 m"}},
+    {"background", "share", NULL, true, true, {SHIPPED, "0.01", "1"}},
+    {"background", "ring", NULL, true, true, {SHIPPED, "0 m", "1 m"}},
+    {"background", "open_water", NULL, true, true, {SHIPPED, "yes"}},
+    {"grid", "range", NULL, false, false, {SHIPPED, "6 m", "20 m"}},
+    {"grid", "angular_step", NULL, false, false, {SHIPPED, "1 deg", "4 deg", "10 deg"}},
+    {"grid", "layer", NULL, false, false, {SHIPPED, "0.01 m", "0.2 m"}},
+    {"grid", "growth", NULL, false, false, {SHIPPED, "1", "1.1", "1.3"}},
+    {"grid", "elevation", NULL, false, false, {SHIPPED, "level"}},
+    {"grid", "axes", NULL, false, true, {SHIPPED, "course"}},
+    {"grid", "sensor_model", NULL, false, false, {SHIPPED, "gauss", "midpoint"}},
+    {"grid", "update", NULL, false, false, {SHIPPED, "max"}},
+    {"grid", "range_error", GAUSS, false, true, {SHIPPED, "0", "0.01", "0.05"}},
+    {"grid", "mask_reach", GAUSS, false, true, {SHIPPED, "1.2", "3", "4"}},
+    {"grid", "relaxation", NULL, false, false, {SHIPPED, "0.5", "1"}},
+    {"grid", "max_cells", NULL, false, false, {SHIPPED, "1024", "8192"}},
+    {"grid", "blocked_above", NULL, false, true, {SHIPPED, "0.51", "0.75", "0.95"}},
+    {"grid", "clear_for", NULL, false, false, {SHIPPED, "3 s", "10 s", "120 s"}},
+    {"grid", "forget", CLEAR_3S, false, true, {SHIPPED, "5 s", "30 s", "1000 s"}},
+    {"grid", "move_limit", NULL, false, true, {SHIPPED, "0.1 m", "0.5 m", "2 m"}},
+    {"map", "voxel", NULL, false, false, {"0.2 m", "0.1 m", "0.4 m"}},
+    {"map", "memory", MAP, false, false, {SHIPPED, "8 MiB", "256 MiB"}},
+    {"map", "extent", MAP, false, false, {SHIPPED, "10 m", "60 m"}},
+    {"map", "height", MAP, false, false, {SHIPPED, "4 m", "30 m"}},
+    {"map", "threshold", MAP, false, false, {SHIPPED, "0", "2", "8"}},
+    {"map", "echoes", MAP, false, false, {SHIPPED, "off"}},
+    {"map", "echo_weight", MAP, false, false, {SHIPPED, "0", "1", "8"}},
+    {"map", "tolerance", MAP, false, false, {SHIPPED, "0.05 m", "0.2 m"}},
+    {"map", "opening", MAP, false, false, {SHIPPED, "0.1", "1"}},
+    {"map", "weight_levels", MAP, false, false, {SHIPPED, "4", "8"}},
+    {"map", "beam", MAP, false, false, {SHIPPED, "pyramid"}},
+    {"map", "body", MAP, false, false, {SHIPPED, "0.25 m", "0.5 m"}},
+    {"map", "submap_distance", MAP, false, false, {SHIPPED, "1 m", "50 m"}},
+    {"map", "submap_time", MAP, false, true, {SHIPPED, "5 s", "20 s"}},
+    {"map", "forget", MAP, false, true, {SHIPPED, "5 s", "20 s"}},
+    {"pose", "max_age", NULL, false, false, {SHIPPED, "0.05 s", "10 s"}},
+    {"pose", "heading_drift", NULL, false, false, {SHIPPED, "0 deg/s", "0.1 deg/s", "1 deg/s"}},
+    {"pose", "delay", NULL, false, false, {SHIPPED, "0.1 0.05 s", "0.5 0.5 s"}},
+    {"vehicle", "radius", NULL, false, false, {SHIPPED, "0.1 m", "1 m"}},
+    {"vehicle", "height", NULL, false, false, {SHIPPED, "0.1 m", "2 m"}},
+    {"vehicle", "margin", NULL, false, false, {SHIPPED, "0 m", "1 m"}},
+    {"vehicle", "near", NULL, false, false, {SHIPPED, "1 m", "4 m"}},
+    {"vehicle", "max_speed", NULL, false, false, {SHIPPED, "0.2 m/s", "2 m/s"}},
+    {"vehicle", "max_turn", NULL, false, false, {SHIPPED, "20 deg/s", "180 deg/s"}},
+    {"vehicle", "braking", NULL, false, false, {SHIPPED, "0.05 m/s2", "1 m/s2"}},
+    {"vehicle", "latency", NULL, false, false, {SHIPPED, "0 s", "2 s"}},
+    {"vehicle", "unknown", NULL, false, false, {SHIPPED, "stop", "ignore"}},
+    {"vehicle", "slow", NULL, false, false, {SHIPPED, "0 m/s", "0.3 m/s"}},
 };
-#define ROWS (sizeof rows / sizeof rows[0])
+#define SWEPT (sizeof swept / sizeof swept[0])
+
+static struct row {
+    struct knob knob;
+    const struct swept *of;
+} rows[SWEPT * MAX_VALUES];
+static size_t n_rows;
+
+static void make_rows(void)
+{
+    for (const struct swept *s = swept; s < swept + SWEPT; s++)
+        for (unsigned v = 0; v < MAX_VALUES && s->value[v]; v++)
+            rows[n_rows++] = (struct row){.knob = {.name = s->key,
+                                                   .section = s->section,
+                                                   .value = *s->value[v] ? s->value[v] : NULL,
+                                                   .more = s->more},
+                                          .of = s};
+}
 
 /* Numbers and choices that are no rows. */
 static const struct {
@@ -339,8 +183,8 @@ static const struct {
 
 static bool is_swept(const struct conf_key *key)
 {
-    for (size_t i = 0; i < ROWS; i++)
-        if (strcmp(rows[i].knob.section, key->section) == 0 && strcmp(rows[i].knob.name, key->name) == 0)
+    for (size_t i = 0; i < SWEPT; i++)
+        if (strcmp(swept[i].section, key->section) == 0 && strcmp(swept[i].key, key->name) == 0)
             return true;
     return false;
 }
@@ -370,17 +214,17 @@ static void check_keys(void)
 
 static void check_rows(void)
 {
-    static struct knob knob[ROWS];
+    static struct knob knob[SWEPT * MAX_VALUES];
 
-    for (size_t i = 0; i < ROWS; i++)
+    for (size_t i = 0; i < n_rows; i++)
         knob[i] = rows[i].knob;
-    knob_check(knob, ROWS);
+    knob_check(knob, n_rows);
 }
 
 static bool is_run(const struct row *row, const char *size)
 {
     const bool all = strcmp(size, "long") == 0, few = strcmp(size, "quick") == 0;
-    return all || (row->listed && (!few || strcmp(row->knob.section, "extract") == 0));
+    return all || (row->of->listed && (!few || strcmp(row->knob.section, "extract") == 0));
 }
 
 static void print_tally(const struct row *row, unsigned seed, const struct way_tally *t)
@@ -404,13 +248,13 @@ static void errors(const char *size)
            "too_fast_share,limit_mps,map_solid,map_false_share,map_said_share,us_per_ping\n");
     for (unsigned seed = 1; seed <= seeds; seed++) {
         way_record(&way, seed, WAY_PINGS);
-        for (size_t i = 0; i < ROWS; i++) {
+        for (size_t i = 0; i < n_rows; i++) {
             struct way_tally t = {0};
             struct conf conf;
             if (!is_run(&rows[i], size))
                 continue;
             knob_conf(&rows[i].knob, &conf);
-            way_run(&way, &conf, rows[i].learn, &t);
+            way_run(&way, &conf, rows[i].of->learn, &t);
             print_tally(&rows[i], seed, &t);
         }
     }
@@ -422,7 +266,7 @@ static void count(const char *size)
 
     way_record(&way, 1, COUNT_PINGS);
     printf(KNOB_COLUMNS ",section,bins\n");
-    for (size_t i = 0; i < ROWS; i++) {
+    for (size_t i = 0; i < n_rows; i++) {
         struct way_tally t = {0};
         struct conf conf;
         if (!is_run(&rows[i], size))
@@ -439,6 +283,7 @@ int main(int argc, char **argv)
 {
     const char *what = argc > 1 ? argv[1] : "", *size = argc > 2 ? argv[2] : "";
 
+    make_rows();
     check_keys();
     check_rows();
     if (strcmp(what, "errors") == 0)

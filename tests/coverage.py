@@ -13,7 +13,7 @@ PARTS = {
     "grid": ("grid/*",),
     "parsers": ("drivers/*", "config/*", "daemon/rpc/rpc.c", "daemon/options.c", "daemon/map/map_file.c", "daemon/map/map_octomap.c",
                 "daemon/background/template_file.c", "client/mavlink/*", "web/web_guard.c", "web/web_metrics.c", "web/web_query.c",
-                "web/web_rows.c"),
+                "client/view/view_rows.c"),
 }
 # They move bytes between the kernel and a parser and read none themselves; live tests and the virtual machine run them.
 NO_PARSERS = ("drivers/ports/port_*", "drivers/ports/can_socket.c", "drivers/gpio/*", "drivers/pose/modbus_depth.c")

@@ -1,7 +1,8 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
 # deb.sh - the package: built twice in a clean Debian (the same bytes), built for arm64, all of it clean for lintian, and
-# installed in a clean Debian, where a virtual sonar leads to the first "clear" (the transcript: BUILD/deb/first_clear.txt).
+# installed in a clean Debian, where a virtual sonar leads to the first "clear", to the page and to Python (the transcript:
+# BUILD/deb/first_clear.txt).
 # The packages are left in BUILD/deb/. Needs root, the packages of `tests/deps.sh deb`, and a mirror for the first run.
 set -u
 cd "$(dirname "$0")/.." || exit 1
@@ -72,7 +73,7 @@ user=$build/vm/user-run
 rm -rf --one-file-system "$user"
 cp -a "$build/vm/user-$key" "$user"
 mkdir "$user/srv/try"
-cp "$native"/amd64/sonard_*_amd64.deb "$native/again/sonard/build/tests/ping360_sim" tests/first_clear.sh "$user/srv/try/"
+cp "$native"/amd64/sonard_*_amd64.deb "$native"/amd64/sonard-web_*_amd64.deb "$native"/amd64/python3-sonard_*_all.deb "$native/again/sonard/build/tests/ping360_sim" tests/first_clear.sh "$user/srv/try/"
 cp -L /etc/resolv.conf "$user/etc/"
 unshare --mount --pid --fork --kill-child sh -c 'mount -t proc proc "$1/proc" && mount --rbind /dev "$1/dev" && cd / &&
     exec chroot "$1" /srv/try/first_clear.sh' sh "$user" > "$build/deb/log" 2>&1

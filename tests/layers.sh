@@ -60,9 +60,10 @@ rule daemon/methods "$core" $conf "$grid" 'protocol/(protocol\.h|methods\.def)' 
 rule daemon "$core" $conf 'config/word\.h' 'protocol/(man|schema)\.h' "$grid" "drivers/[a-z]+/$own" "daemon/[a-z]+/$own"
 rule client $fault 'config/word\.h'
 rule client/lib
-rule client/ctl $fault $protocol "client/(lib/)?$own" 'config/word\.h' 'drivers/(capture/(mcap|point_cloud)|ports/port|devices/(device|micron|ping_frame|seanet_frame))\.h'
+rule client/view $fault $protocol
+rule client/ctl $fault $protocol "client/((lib|view)/)?$own" 'config/word\.h' 'drivers/(capture/(mcap|point_cloud)|ports/port|devices/(device|micron|ping_frame|seanet_frame))\.h'
 rule client/mavlink $fault "client/(lib/)?$own"
-rule web $fault 'client/lib/(sonard|sonard_json)\.h' 'client/arguments\.h' 'protocol/(protocol|schema)\.h'
+rule web $fault 'client/view/[a-z_]+\.h' 'client/lib/(sonard|sonard_json)\.h' 'client/arguments\.h' 'protocol/(protocol|schema)\.h'
 
 # methods stand above the services of the process: main alone knows both
 bad=$(grep -n 'include "daemon/methods/' daemon/*.[ch] | grep -v '^daemon/main\.c:')

@@ -76,7 +76,7 @@ static void take_rows(struct web_channel *channel, const json_t *image)
 {
     const double before = channel->rows->t_unix;
 
-    web_rows_take(channel->rows, image);
+    view_rows_take(channel->rows, image);
     channel->whole = channel->newer_s > 0 && !(channel->rows->t_unix - before < channel->newer_s);
     channel->version++;
 }
@@ -184,7 +184,7 @@ void web_board_reset(struct web_board *board)
         channel->text = NULL;
         channel->whole = true;
         if (channel->rows)
-            web_rows_forget(channel->rows);
+            view_rows_forget(channel->rows);
     }
 }
 

@@ -8,7 +8,7 @@
 #define SONARD_WEB_BOARD_H
 
 #include "web_link.h"
-#include "web_rows.h"
+#include "client/view/view_rows.h"
 
 #define WEB_BOARD_CHANNELS 32
 
@@ -19,13 +19,13 @@ struct web_channel {
     bool asked;
     uint64_t due_us;
     uint64_t asked_us;
-    uint64_t version;      /* of text, or of a refusal; 0: nothing yet */
-    char *text;            /* {"method", "params", "result" or "error"}, behind LWS_PRE bytes of room */
-    size_t size;           /* of the text */
-    json_t *result;        /* that the text has; NULL: none */
-    struct web_rows *rows; /* of the method image, which has no text unless it is refused */
-    double newer_s;        /* rows that were asked for last; 0: all. Used with rows */
-    bool whole;            /* some may be missing: all are asked for next */
+    uint64_t version;       /* of text, or of a refusal; 0: nothing yet */
+    char *text;             /* {"method", "params", "result" or "error"}, behind LWS_PRE bytes of room */
+    size_t size;            /* of the text */
+    json_t *result;         /* that the text has; NULL: none */
+    struct view_rows *rows; /* of the method image, which has no text unless it is refused */
+    double newer_s;         /* rows that were asked for last; 0: all. Used with rows */
+    bool whole;             /* some may be missing: all are asked for next */
     struct web_board *board;
 };
 

@@ -12,6 +12,7 @@ EMBED(web_page_html, "index.html");
 EMBED(web_page_css, "style.css");
 EMBED(web_page_app, "app.js");
 EMBED(web_page_draw, "draw.js");
+EMBED(web_page_console, "console.js");
 EMBED(web_page_words, "words.js");
 EMBED(web_page_image, "image.js");
 EMBED(web_page_live, "live.js");
@@ -33,6 +34,7 @@ static const struct web_file files[] = {
     FILE_AT("/style.css", "text/css; charset=utf-8", web_page_css),
     FILE_AT("/app.js", "text/javascript; charset=utf-8", web_page_app),
     FILE_AT("/draw.js", "text/javascript; charset=utf-8", web_page_draw),
+    FILE_AT("/console.js", "text/javascript; charset=utf-8", web_page_console),
     FILE_AT("/words.js", "text/javascript; charset=utf-8", web_page_words),
     FILE_AT("/image.js", "text/javascript; charset=utf-8", web_page_image),
     FILE_AT("/live.js", "text/javascript; charset=utf-8", web_page_live),

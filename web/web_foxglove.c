@@ -6,7 +6,7 @@
 #include <string.h>
 #include <time.h>
 
-#include "web_foxglove_topics.h"
+#include "client/view/protobuf.h"
 
 #define SUBSCRIPTIONS_MAX 16
 #define MESSAGE_MAX       4096 /* bytes of a message from a client */
@@ -14,9 +14,10 @@
 
 struct subscription {
     uint32_t id;
-    const struct web_topic *topic; /* NULL: free */
+    const struct view_topic *topic; /* NULL: free */
     struct web_channel *channel;
-    uint64_t seen; /* its version */
+    uint64_t seen;             /* number of the message; one by one: version of the channel */
+    struct view_cursor cursor; /* one by one */
 };
 
 struct web_foxglove_session {
@@ -25,7 +26,8 @@ struct web_foxglove_session {
     struct web_foxglove_session *next;
     struct subscription subscription[SUBSCRIPTIONS_MAX];
     unsigned turn;
-    int greeted; /* messages of the greeting that were sent */
+    int greeted;    /* messages of the greeting that were sent */
+    bool complains; /* it shows that the daemon is lost */
     size_t in_size;
     char in[MESSAGE_MAX];
 };
@@ -49,15 +51,42 @@ static int send_json(struct lws *wsi, json_t *message)
     return sent;
 }
 
+static char *base64(const struct bytes *bytes)
+{
+    const size_t room = (bytes->size + 2) / 3 * 4 + 4; /* the library wants more than it needs */
+    char *text = bytes->failed ? NULL : malloc(room);
+
+    if (text && lws_b64_encode_string((const char *)bytes->data, (int)bytes->size, text, (int)room) < 0) {
+        free(text);
+        text = NULL;
+    }
+    return text;
+}
+
+static json_t *channel_of(int id)
+{
+    const struct message_type *type = view_topic_type(&view_topics[id]);
+    struct bytes schema = {0};
+    json_t *channel = NULL;
+    char *text;
+
+    if (!type)
+        return NULL;
+    protobuf_schema(type, &schema);
+    if ((text = base64(&schema)))
+        channel = json_pack("{s:i, s:s, s:s, s:s, s:s, s:s}", "id", id, "topic", view_topics[id].topic, "encoding",
+                            "protobuf", "schemaName", type->name, "schema", text, "schemaEncoding", "protobuf");
+    free(text);
+    free(schema.data);
+    return channel;
+}
+
 static json_t *advertise(void)
 {
     json_t *channels = json_array();
 
-    for (int i = 0; web_topics[i].topic; i++)
-        json_array_append_new(channels,
-                              json_pack("{s:i, s:s, s:s, s:s, s:s, s:s}", "id", i, "topic", web_topics[i].topic,
-                                        "encoding", "json", "schemaName", web_topics[i].schema_name, "schema",
-                                        web_topics[i].schema, "schemaEncoding", "jsonschema"));
+    for (int i = 0; view_topics[i].topic; i++)
+        json_array_append_new(channels, channel_of(i));
     return json_pack("{s:s, s:o}", "op", "advertise", "channels", channels);
 }
 
@@ -70,53 +99,143 @@ static int greet(struct web_foxglove_session *s)
     return send_json(s->wsi, advertise());
 }
 
-static int send_data(struct web_foxglove_session *s, struct subscription *sub)
+/* What is shown of a daemon that is lost is old, and nothing else says so. */
+static int send_state(struct web_foxglove_session *s, const char *lost)
+{
+    s->complains = lost != NULL;
+    lws_callback_on_writable(s->wsi);
+    if (!lost)
+        return send_json(s->wsi, json_pack("{s:s, s:[s]}", "op", "removeStatus", "statusIds", "daemon"));
+    return send_json(
+        s->wsi, json_pack("{s:s, s:i, s:s, s:s}", "op", "status", "level", 2, "message", lost, "id", "daemon"));
+}
+
+static uint64_t unix_ns(void)
 {
     struct timespec now;
 
     clock_gettime(CLOCK_REALTIME, &now);
-    const uint64_t now_ns = (uint64_t)now.tv_sec * 1000000000u + (uint64_t)now.tv_nsec;
-    json_t *message = sub->topic->make(sub->channel->result, sub->channel->rows, (double)now_ns * 1e-9);
-    char *text = message ? json_dumps(message, JSON_COMPACT | JSON_REAL_PRECISION(15)) : NULL;
-    const size_t n = text ? strlen(text) : 0;
-    uint8_t *padded = text ? malloc(LWS_PRE + DATA_HEAD + n) : NULL;
+    return (uint64_t)now.tv_sec * 1000000000u + (uint64_t)now.tv_nsec;
+}
+
+static int send_data(const struct web_foxglove_session *s, const struct subscription *sub,
+                     const struct bytes *message)
+{
+    const size_t size = DATA_HEAD + message->size;
+    uint8_t *padded = malloc(LWS_PRE + size), *at = padded + LWS_PRE;
+    const uint64_t now_ns = unix_ns();
     int sent = 0;
 
-    sub->seen = sub->channel->version;
-    if (padded) {
-        uint8_t *at = padded + LWS_PRE;
-
-        at[0] = 1;
-        for (int i = 0; i < 4; i++)
-            at[1 + i] = (uint8_t)(sub->id >> (8 * i));
-        for (int i = 0; i < 8; i++)
-            at[5 + i] = (uint8_t)(now_ns >> (8 * i));
-        memcpy(at + DATA_HEAD, text, n);
-        sent = lws_write(s->wsi, at, DATA_HEAD + n, LWS_WRITE_BINARY) < (int)(DATA_HEAD + n) ? -1 : 0;
-    }
+    if (!padded)
+        return 0;
+    at[0] = 1;
+    for (int i = 0; i < 4; i++)
+        at[1 + i] = (uint8_t)(sub->id >> (8 * i));
+    for (int i = 0; i < 8; i++)
+        at[5 + i] = (uint8_t)(now_ns >> (8 * i));
+    if (message->size > 0)
+        memcpy(at + DATA_HEAD, message->data, message->size);
+    sent = lws_write(s->wsi, at, size, LWS_WRITE_BINARY) < (int)size ? -1 : 0;
     free(padded);
-    free(text);
-    json_decref(message);
     return sent;
 }
 
-static bool has_news(const struct subscription *sub)
+/* The next message of a channel; false: there is none now. */
+static bool make(const struct view_topic *topic, const struct web_channel *channel, struct view_cursor *cursor,
+                 struct bytes *out)
 {
-    return sub->topic && sub->channel->version > 0 && sub->channel->version != sub->seen &&
-           (sub->channel->result || sub->channel->rows);
+    const struct view_source source = {
+        .result = channel->result, .rows = channel->rows, .now_unix = (double)unix_ns() * 1e-9};
+    const struct message_type *type = view_topic_type(topic);
+    json_t *message = topic->make(&source, cursor);
+    const bool made = message && type;
+
+    if (made)
+        protobuf_message(type, message, out);
+    json_decref(message);
+    return made && !out->failed;
+}
+
+static bool has_news(const struct web_channel *channel, uint64_t version)
+{
+    return channel->version > 0 && channel->version != version && (channel->result || channel->rows);
+}
+
+static void wake(lws_sorted_usec_list_t *timer)
+{
+    struct web_foxglove *foxglove = lws_container_of(timer, struct web_foxglove, timer);
+
+    foxglove->wake_us = 0;
+    for (struct web_foxglove_session *s = foxglove->first; s; s = s->next)
+        lws_callback_on_writable(s->wsi);
+}
+
+static void wake_at(struct web_foxglove *foxglove, uint64_t due_us, uint64_t now_us)
+{
+    if (foxglove->wake_us && foxglove->wake_us <= due_us)
+        return;
+    foxglove->wake_us = due_us;
+    lws_sul_schedule(foxglove->board->link->context, 0, &foxglove->timer, wake, (lws_usec_t)(due_us - now_us));
+}
+
+/* What all clients are told of a topic, made anew when it is time; false: this one has it. */
+static bool take_told(struct web_foxglove *foxglove, struct subscription *sub)
+{
+    struct web_foxglove_told *told = &foxglove->told[sub->topic - view_topics];
+    const uint64_t now_us = (uint64_t)lws_now_usecs();
+    const uint64_t due_us = told->made_us + (uint64_t)(sub->topic->period_s * 1e6);
+
+    if (has_news(sub->channel, told->version)) {
+        if (told->there && now_us < due_us) {
+            wake_at(foxglove, due_us, now_us);
+        } else {
+            told->message.size = 0;
+            told->message.failed = false;
+            told->version = sub->channel->version;
+            told->made_us = now_us;
+            told->number++;
+            told->there = make(sub->topic, sub->channel, &sub->cursor, &told->message);
+        }
+    }
+    if (!told->there || told->number == sub->seen)
+        return false;
+    sub->seen = told->number;
+    return true;
+}
+
+/* The next message of this subscription alone; false: there is none. */
+static bool take_next(struct subscription *sub, struct bytes *message)
+{
+    if (!has_news(sub->channel, sub->seen))
+        return false;
+    if (make(sub->topic, sub->channel, &sub->cursor, message))
+        return true;
+    sub->seen = sub->channel->version;
+    return false;
 }
 
 static int send_next(struct web_foxglove_session *s)
 {
+    const char *lost = web_link_state(s->foxglove->board->link);
+
     if (s->greeted < 2)
         return greet(s);
+    if (s->complains != (lost != NULL))
+        return send_state(s, lost);
     for (int i = 0; i < SUBSCRIPTIONS_MAX; i++) {
         struct subscription *sub = &s->subscription[s->turn++ % SUBSCRIPTIONS_MAX];
+        struct bytes own = {0};
+        int sent = 0;
 
-        if (has_news(sub)) {
-            lws_callback_on_writable(s->wsi);
-            return send_data(s, sub);
+        if (!sub->topic || !(sub->topic->one_by_one ? take_next(sub, &own) : take_told(s->foxglove, sub))) {
+            free(own.data);
+            continue;
         }
+        lws_callback_on_writable(s->wsi);
+        sent = send_data(s, sub,
+                         sub->topic->one_by_one ? &own : &s->foxglove->told[sub->topic - view_topics].message);
+        free(own.data);
+        return sent;
     }
     return 0;
 }
@@ -128,10 +247,10 @@ static void subscribe(struct web_foxglove_session *s, const json_t *said)
     const json_int_t id = json_integer_value(json_object_get(said, "id"));
     const json_int_t channel = json_integer_value(json_object_get(said, "channelId"));
     struct subscription *room = NULL;
-    const struct web_topic *topic = NULL;
+    const struct view_topic *topic = NULL;
 
-    for (int i = 0; web_topics[i].topic; i++)
-        topic = i == channel && json_is_integer(json_object_get(said, "channelId")) ? &web_topics[i] : topic;
+    for (int i = 0; view_topics[i].topic; i++)
+        topic = i == channel && json_is_integer(json_object_get(said, "channelId")) ? &view_topics[i] : topic;
     for (int i = 0; i < SUBSCRIPTIONS_MAX; i++) {
         if (!s->subscription[i].topic)
             room = &s->subscription[i];
@@ -157,6 +276,7 @@ static void unsubscribe(struct web_foxglove_session *s, const json_t *id)
 
         if (sub->topic && (!id || (json_is_integer(id) && json_integer_value(id) == sub->id))) {
             web_board_close(sub->channel);
+            json_decref(sub->cursor.said);
             *sub = (struct subscription){0};
         }
     }
@@ -243,9 +363,9 @@ static int callback(struct lws *wsi, enum lws_callback_reasons reason, void *use
     }
 }
 
-struct lws_protocols web_foxglove_protocol(struct web_foxglove *foxglove)
+struct lws_protocols web_foxglove_protocol(struct web_foxglove *foxglove, const char *name)
 {
-    return (struct lws_protocols){.name = "foxglove.websocket.v1",
+    return (struct lws_protocols){.name = name,
                                   .callback = callback,
                                   .per_session_data_size = sizeof(struct web_foxglove_session),
                                   .rx_buffer_size = MESSAGE_MAX,
@@ -262,7 +382,20 @@ void web_foxglove_news(struct web_foxglove *foxglove, const struct web_channel *
 
 void web_foxglove_link_changed(struct web_foxglove *foxglove)
 {
-    for (struct web_foxglove_session *s = foxglove->first; s; s = s->next)
+    for (int i = 0; view_topics[i].topic; i++) {
+        foxglove->told[i].there = false;
+        foxglove->told[i].version = 0;
+    }
+    for (struct web_foxglove_session *s = foxglove->first; s; s = s->next) {
         for (int i = 0; i < SUBSCRIPTIONS_MAX; i++)
             s->subscription[i].seen = 0;
+        lws_callback_on_writable(s->wsi);
+    }
+}
+
+void web_foxglove_stop(struct web_foxglove *foxglove)
+{
+    lws_sul_cancel(&foxglove->timer);
+    for (int i = 0; i < VIEW_TOPICS; i++)
+        free(foxglove->told[i].message.data);
 }

@@ -55,8 +55,9 @@ static int send_text(struct lws *wsi, char *padded, size_t size)
 static int send_link(struct web_live_session *s)
 {
     const char *fault = web_link_state(s->live->board->link);
-    json_t *message = json_pack("{s:s, s:{s:i, s:s?, s:b}}", "method", "link", "result", "connection",
-                                (int)s->live->connection, "fault", fault, "replay", (int)s->live->replay);
+    json_t *message = json_pack("{s:s, s:{s:i, s:s?, s:b, s:b}}", "method", "link", "result", "connection",
+                                (int)s->live->connection, "fault", fault, "replay", (int)s->live->replay,
+                                "settings", s->live->settings->path != NULL);
     char padded[LWS_PRE + 2048];
     const size_t n =
         message ? json_dumpb(message, padded + LWS_PRE, sizeof padded - LWS_PRE, JSON_COMPACT) : sizeof padded;
@@ -116,14 +117,14 @@ static bool has_news(const struct view *view)
 
 static int send_view(struct web_live_session *s, struct view *view)
 {
-    static uint8_t part[LWS_PRE + WEB_ROWS_BYTES];
+    static uint8_t part[LWS_PRE + VIEW_ROWS_BYTES];
     const struct web_channel *c = view->channel;
 
     if (!c->rows || c->text) {
         view->seen = c->version;
         return send_text(s->wsi, c->text, c->size);
     }
-    const size_t n = web_rows_part(c->rows, &view->seen, part + LWS_PRE);
+    const size_t n = view_rows_part(c->rows, &view->seen, part + LWS_PRE);
 
     if (n == 0) {
         view->seen = c->rows->change; /* the rows that changed are forgotten */

@@ -2,7 +2,7 @@
 /*
  * web_live - the WebSocket of the page, sub-protocol "sonard". A page says what it looks at, {"watch": [{"method",
  * "params"}, ...]}, and gets {"method", "params", "result" or "error"} whenever there is a newer answer; of the method
- * image it gets binary messages (web_rows.h). {"id", "method", "params"} is answered by {"id", "result" or "error"}.
+ * image it gets binary messages (view_rows.h). {"id", "method", "params"} is answered by {"id", "result" or "error"}.
  * The method "settings" with {"token", "text"} is this program's own: see web_settings.h; its result is {"applied"}.
  * The first message, and one whenever it changes, is {"method": "link", "result": {"connection", "fault",
  * "replay"}}: with another connection, what came before is void; replay: the method of that name may be called. A

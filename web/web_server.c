@@ -27,7 +27,7 @@
 #define CHUNK_BYTES     16384 /* of an answer, at a time */
 #define HOST_BYTES      256
 
-enum protocol_place { HTTP, LIVE, FOXGLOVE, DAEMON, PROTOCOLS };
+enum protocol_place { HTTP, LIVE, FOXGLOVE, FOXGLOVE_SDK, DAEMON, PROTOCOLS };
 
 struct web_server {
     struct lws_context *context;
@@ -484,7 +484,8 @@ static void set_protocols(struct web_server *server)
     server->protocol[HTTP] = (struct lws_protocols){
         .name = "http", .callback = callback, .per_session_data_size = sizeof(struct exchange), .user = server};
     server->protocol[LIVE] = web_live_protocol(&server->live);
-    server->protocol[FOXGLOVE] = web_foxglove_protocol(&server->foxglove);
+    server->protocol[FOXGLOVE] = web_foxglove_protocol(&server->foxglove, WEB_FOXGLOVE_NAME);
+    server->protocol[FOXGLOVE_SDK] = web_foxglove_protocol(&server->foxglove, WEB_FOXGLOVE_SDK_NAME);
     server->protocol[DAEMON] = web_link_protocol;
 }
 
@@ -570,6 +571,7 @@ void web_server_free(struct web_server *server)
 {
     if (server->feed.context) {
         web_board_stop(&server->board);
+        web_foxglove_stop(&server->foxglove);
         web_link_stop(&server->feed);
         web_link_stop(&server->asks);
     }

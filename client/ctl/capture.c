@@ -23,6 +23,7 @@ static const char usage_text[] =
     "       sonarctl capture info FILE\n"
     "       sonarctl capture repair IN OUT\n"
     "       sonarctl capture export --csv FILE [OUT]\n"
+    "       sonarctl capture export --foxglove|--ros2 [--conf CONF] FILE OUT.mcap\n"
     "       sonarctl capture add-pose [--offset S] FILE POSES OUT\n"
     "\n"
     "import  make a capture from a recording of another program: sonard-import(1). sonard-rosbag(1) makes them "
@@ -32,7 +33,10 @@ static const char usage_text[] =
     "        it is not closed: still being written, or cut off\n"
     "repair  write what is readable of a damaged or cut-off capture as a complete one, and say what is left out\n"
     "export  pings of a Ping360 or a SeaNet head as t_s,bearing_deg,range_max_m,n,v0.., what is not received\n"
-    "        from a sonar as topic,t_s,hex; received bytes of other devices are left out\n"
+    "        from a sonar as topic,t_s,hex; received bytes of other devices are left out.\n"
+    "        --foxglove: a file that Foxglove shows: pings, image, echoes, sectors, pose, map and log, as sonard\n"
+    "        answers when it replays the capture, with its configuration or CONF. --ros2: the same as a bag of\n"
+    "        ROS 2\n"
     "add-pose\n"
     "        a copy with the poses of another log: lines of JSON as sonard-poses prints them, S seconds later; "
     "where\n"
@@ -105,7 +109,7 @@ static int repair(const char *in_path, const char *out_path)
     struct fault fault;
     size_t largest = largest_message(in_path);
     struct mcap_reader *r = capture_open(in_path);
-    struct mcap_writer *w = r ? capture_create(out_path, largest > MCAP_MESSAGE_BYTES ? largest : 0) : NULL;
+    struct mcap_writer *w = r ? capture_create(out_path, NULL, largest > MCAP_MESSAGE_BYTES ? largest : 0) : NULL;
     int status = 1;
     if (w) {
         bool ok = copy_attachments(r, w, &fault) && copy_messages(r, w, &fault);
@@ -167,16 +171,27 @@ static int add_pose(int n, char **file, const char *offset)
     return capture_add_pose(file[0], file[1], file[2], offset_s);
 }
 
-static int run_command(const char *command, int n, char **file, bool csv)
+static int run_export(int n, char **file, int form, const char *conf)
 {
-    if (strcmp(command, "export") == 0) {
-        if (!csv)
-            return wrong_usage("export needs --csv, the only form there is");
+    if (!form)
+        return wrong_usage("export needs --csv, --foxglove or --ros2");
+    if (form == 'v') {
+        if (conf)
+            return wrong_usage("--conf belongs to export --foxglove and --ros2");
         return n == 1 || n == 2 ? capture_export(file[0], n == 2 ? file[1] : NULL)
-                                : wrong_usage("export needs one file, or two");
+                                : wrong_usage("export --csv needs one file, or two");
     }
-    if (csv)
-        return wrong_usage("--csv belongs to export");
+    return n == 2 ? capture_export_view(file[0], file[1], form == 'r' ? CAPTURE_VIEW_ROS2 : CAPTURE_VIEW_FOXGLOVE,
+                                        conf)
+                  : wrong_usage("export --foxglove and --ros2 need two files, FILE and OUT.mcap");
+}
+
+static int run_command(const char *command, int n, char **file, int form, const char *conf)
+{
+    if (strcmp(command, "export") == 0)
+        return run_export(n, file, form, conf);
+    if (form || conf)
+        return wrong_usage("--csv, --foxglove, --ros2 and --conf belong to export");
     if (strcmp(command, "info") == 0)
         return n == 1 ? capture_info(file[0]) : wrong_usage("info needs one file");
     if (strcmp(command, "repair") == 0)
@@ -187,18 +202,26 @@ static int run_command(const char *command, int n, char **file, bool csv)
 static int command_line(int argc, char **argv)
 {
     static const struct option options[] = {{"csv", no_argument, NULL, 'v'},
+                                            {"foxglove", no_argument, NULL, 'f'},
+                                            {"ros2", no_argument, NULL, 'r'},
+                                            {"conf", required_argument, NULL, 'c'},
                                             {"offset", required_argument, NULL, 'o'},
                                             {"help", no_argument, NULL, 'h'},
                                             {NULL, 0, NULL, 0}};
-    const char *offset = NULL;
-    bool csv = false;
+    const char *offset = NULL, *conf = NULL;
+    int form = 0;
     if (argc > 1 && strcmp(argv[1], "import") == 0)
         return run_import(argv + 1);
     optind = 0; /* the caller may have used getopt */
     for (int c; (c = getopt_long(argc, argv, "h", options, NULL)) != -1;) {
         switch (c) {
         case 'v':
-            csv = true;
+        case 'f':
+        case 'r':
+            form = c;
+            break;
+        case 'c':
+            conf = optarg;
             break;
         case 'o':
             offset = optarg;
@@ -214,11 +237,11 @@ static int command_line(int argc, char **argv)
         return wrong_usage("no command");
     if (strcmp(argv[optind], "import") == 0)
         return wrong_usage("import comes first: its options follow it");
-    if (strcmp(argv[optind], "add-pose") == 0 && !csv)
+    if (strcmp(argv[optind], "add-pose") == 0 && !form && !conf)
         return add_pose(argc - optind - 1, argv + optind + 1, offset);
     if (offset)
         return wrong_usage("--offset belongs to add-pose");
-    return run_command(argv[optind], argc - optind - 1, argv + optind + 1, csv);
+    return run_command(argv[optind], argc - optind - 1, argv + optind + 1, form, conf);
 }
 
 int capture_main(int argc, char **argv)

@@ -19,6 +19,14 @@ int capture_info(const char *path);
  */
 int capture_export(const char *path, const char *out_path);
 
+enum capture_view_form { CAPTURE_VIEW_FOXGLOVE, CAPTURE_VIEW_ROS2 };
+
+/**
+ * capture_export_view - what viewers are shown of the capture `path`, as the new file out_path, for Foxglove or ROS 2.
+ * conf: a configuration; NULL: the capture's own.
+ */
+int capture_export_view(const char *path, const char *out_path, enum capture_view_form form, const char *conf);
+
 /**
  * capture_add_pose - the capture `path` with the poses of the file `poses_path`, offset_s later than they say, as the
  * new file out_path. 0, or 1 after a message on standard error.

@@ -45,10 +45,12 @@ struct mcap_reader *capture_open(const char *path)
     return r;
 }
 
-struct mcap_writer *capture_create(const char *path, size_t message_bytes)
+struct mcap_writer *capture_create(const char *path, const char *profile, size_t message_bytes)
 {
-    const struct mcap_options options = {
-        .library = "sonarctl " SONARD_VERSION, .message_bytes = message_bytes, .index_bytes = INDEX_BYTES};
+    const struct mcap_options options = {.library = "sonarctl " SONARD_VERSION,
+                                         .profile = profile,
+                                         .message_bytes = message_bytes,
+                                         .index_bytes = INDEX_BYTES};
     struct fault fault;
     int fd = open(path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
     if (fd < 0) {

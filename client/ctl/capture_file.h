@@ -16,8 +16,9 @@
 /** capture_failed - prints the sentence on standard error; 1, the exit status. */
 __attribute__((format(printf, 1, 2))) int capture_failed(const char *fmt, ...);
 
-/** capture_create - a new capture; message_bytes: its largest message, 0: the usual. NULL after a message. */
-struct mcap_writer *capture_create(const char *path, size_t message_bytes);
+/** capture_create - a new file, of that profile (NULL: a capture); message_bytes: its largest message, 0: the usual.
+ * NULL after a message. */
+struct mcap_writer *capture_create(const char *path, const char *profile, size_t message_bytes);
 
 /** capture_finish - closes it. ok false, with the fault set: what came before failed, and it is removed. 0, or 1. */
 int capture_finish(struct mcap_writer *w, const char *path, bool ok, struct fault *fault);

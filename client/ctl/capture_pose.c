@@ -294,7 +294,7 @@ static int write_capture(const char *path, const char *out_path, const struct po
     int status = 1;
 
     c = (struct copying){.r = capture_open(path)};
-    c.w = c.r ? capture_create(out_path, largest > MCAP_MESSAGE_BYTES ? largest : 0) : NULL;
+    c.w = c.r ? capture_create(out_path, NULL, largest > MCAP_MESSAGE_BYTES ? largest : 0) : NULL;
     if (c.w)
         status =
             capture_finish(c.w, out_path, copy_attachments(&c, &fault) && copy_all(&c, poses, &fault), &fault);

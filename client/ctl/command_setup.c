@@ -30,6 +30,10 @@
 #define MARGIN_M             0.3
 #define HEIGHT_M             0.5
 
+/* As sonard.conf(5) has it without an answer, and no difference. */
+#define RADIUS_M 0.4
+#define EQUAL_M  1e-6
+
 struct setup {
     const struct context *context;
     bool asks;  /* somebody sits at the terminal */
@@ -422,6 +426,21 @@ static void write_conf(const struct setup *s, FILE *out)
                      "# Drift leaves little within 3 m that beams cover 5 deg up and down.\nlook_ahead = 6 m\n");
 }
 
+/* Ranges count from the vehicle's middle: what is measured to one end of it, say, is a mistake that stays. */
+static void judge_mount(const struct setup *s)
+{
+    const double radius_m = s->size_answered ? hypot(s->size_m[0], s->size_m[1]) / 2 : RADIUS_M;
+    const double half_m = (s->size_answered ? s->size_m[2] : HEIGHT_M) / 2;
+    const double *m = s->mount_m;
+
+    if (hypot(m[0], m[1]) > radius_m + EQUAL_M || fabs(m[2]) > half_m + EQUAL_M)
+        fprintf(
+            stderr,
+            "sonarctl setup: warning: the transducer at %g %g %g m is outside of the vehicle, which reaches %g m "
+            "to the side and %g m up and down: measure from its middle\n",
+            m[0], m[1], m[2], ceil(radius_m * 1e3) / 1e3, half_m);
+}
+
 /* To be known before all is answered: does the file to write exist already? */
 static bool output_exists(const struct setup *s)
 {
@@ -486,9 +505,13 @@ int command_setup(struct context *context)
         return EXIT_USAGE;
     if (output_exists(&s))
         return EXIT_OUTPUT;
+    if (!s.asks && !json_object_get(options, "yes"))
+        fprintf(stderr,
+                "standard input is no terminal: nothing is asked; what options do not say keeps its default\n");
     if (!take_device(&s))
         return EXIT_UNKNOWN;
     ask_all(&s);
+    judge_mount(&s);
     if (s.ended) {
         fprintf(stderr, "\nsonarctl setup: the input ended before the last answer: nothing is written\n");
         return EXIT_OUTPUT;

@@ -362,7 +362,7 @@ static void show_instruments(const struct page *page, const json_t *result)
 static void show_record(const struct page *page, const json_t *record)
 {
     char a[PAGE_CELL];
-    const long long messages = page_count(record, "messages"), errors = page_count(record, "errors");
+    const long long messages = page_count(record, "recording_messages"), errors = page_count(record, "errors");
 
     if (!json_is_object(record)) {
         fprintf(page->out, "recording  off\n");

@@ -89,7 +89,11 @@ uint16_t mavlink_centimetres(double m, uint16_t most)
 {
     const double cm = floor(m * 100 + ROUNDING_CM);
 
-    return !(cm > MIN_CM) ? MIN_CM : cm > most ? most : (uint16_t)cm;
+    if (!(cm > MIN_CM))
+        return MIN_CM;
+    if (cm > most)
+        return most;
+    return (uint16_t)cm;
 }
 
 /*

@@ -20,7 +20,7 @@ struct nmea_status {
     bool open;
     uint64_t bytes_in, reconnects;
     uint64_t strangers;    /* see struct port */
-    uint64_t late_bytes;   /* not used: they waited while the process was held up, nobody knows since when */
+    uint64_t late_bytes;   /* not used: received while the process was stalled, at an unknown time */
     uint64_t no_variation; /* magnetic headings that could not be used */
     uint64_t excluded;     /* values that `use` leaves out */
     struct fault unused;   /* what came lately, and why none of it was used; empty: all is well */

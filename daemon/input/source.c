@@ -412,6 +412,14 @@ void source_steer(struct source *s, double from_rad, double to_rad, bool only)
     s->ops->steer(s->device, from_rad, to_rad, only);
 }
 
+void source_retune(struct source *s, const struct conf_sonar *conf, const struct conf_water *water)
+{
+    struct device_conf d;
+    describe_device(s, conf, water, &d);
+    s->ops->retune(s->device, &d, loop_now(s->env.loop), &s->io);
+    rearm(s, 0);
+}
+
 struct device_delay source_delay(const struct conf_sonar *conf, const struct device_ops *ops)
 {
     return conf->delay_s[0] < 0 ? ops->delay

@@ -46,7 +46,7 @@ struct source_stats {
     bool open;
     uint64_t bytes_in, bytes_out, bytes_not_sent;
     uint64_t reconnects;
-    uint64_t undated_pings; /* whose bytes waited while the process was held up, nobody knows since when */
+    uint64_t undated_pings; /* received while the process was stalled, at an unknown time */
     struct serial_mirror_status tap;
     uint64_t port_lost, port_refused, port_strangers; /* see struct port */
     struct port_bus bus;
@@ -67,6 +67,10 @@ bool source_check(const struct conf_sonar *conf, const struct conf_water *water,
 void source_start(struct source *s); /* first try to open */
 /** source_steer - look there more often, or there alone (as device_ops.steer); for sonars that are steered. */
 void source_steer(struct source *s, double from_rad, double to_rad, bool only);
+
+/** source_retune - tell it range, gain and mode of *conf, which source_check approves; of a device that can be told
+ * (device_ops.retune). */
+void source_retune(struct source *s, const struct conf_sonar *conf, const struct conf_water *water);
 
 /** source_feed - replay: bytes as they were read, and when they had come. */
 void source_feed(struct source *s, const uint8_t *bytes, size_t n, const struct record_time *came);

@@ -183,6 +183,18 @@ static void write_attitude(struct json_out *out, const struct methods_env *d, co
     json_out_close(out, ']');
 }
 
+/* As map_slice has it: also the last one of a capture whose clock stands at its end. */
+static void write_position(struct json_out *out, const struct methods_env *d, const struct pose *newest)
+{
+    struct pose now;
+    if (query_whole_pose(d, &now))
+        json_member_metres3(out, "position_m", now.position_m);
+    else if (d->replay && (newest->has & POSE_POSITION))
+        json_member_metres3(out, "position_m", newest->position_m);
+    else
+        json_member_null(out, "position_m");
+}
+
 /* How old each part that was ever given may be, as it is in force: with max_age = auto that changes. */
 static void write_max_age(struct json_out *out, const struct methods_env *d)
 {
@@ -233,6 +245,7 @@ static void write_pose(struct json_out *out, const struct methods_env *d)
     json_out_close(out, ']');
     write_max_age(out, d);
     write_attitude(out, d, &p);
+    write_position(out, d, &p);
     write_altitude(out, d);
     json_member_count(out, "count", d->poses.taken);
     json_member_count(out, "refused", d->poses.refused);
@@ -319,6 +332,7 @@ static void write_open_record(struct json_out *out, const struct methods_env *d)
     json_member_outside(out, "path", r->path);
     json_member_count(out, "parts", r->segments);
     json_member_count(out, "messages", r->messages);
+    json_member_count(out, "recording_messages", s.messages_here);
     json_member_count(out, "lost_messages", r->lost_messages);
     json_member_count(out, "overflows", s.overflows);
     json_member_count(out, "waiting_bytes", s.waiting_bytes);
@@ -438,6 +452,31 @@ static void write_angles(struct json_out *out, const char *name, const double *r
     json_out_close(out, ']');
 }
 
+/* What the sonar is told, where it can be told something else while it runs (reload); null: nowhere. */
+static void write_tuning(struct json_out *out, const struct methods_env *d, int i)
+{
+    const struct conf_sonar *c = &d->conf.sonar[i];
+    static const char *const modes[] = {
+        [CONF_MODE_AUTO] = "auto", [CONF_MODE_TRANSMIT] = "transmit", [CONF_MODE_REQUEST] = "request"};
+    const struct device_ops *ops = device_find(c->device);
+    const struct device_key *range = device_key_find(ops, "range"), *gain = device_key_find(ops, "gain");
+    if (!ops->retune) {
+        json_member_null(out, "tuning");
+        return;
+    }
+    json_member_open(out, "tuning", '{');
+    json_member_metres(out, "range_m", c->range_m);
+    json_member_metres(out, "range_least_m", range->lo);
+    json_member_metres(out, "range_most_m", range->hi);
+    json_member_known(out, "gain", c->gain >= 0, c->gain, 1);
+    json_member_count(out, "gain_most", (uint64_t)gain->hi);
+    if (device_key_find(ops, "mode") && !plan_is_steered(&d->conf, i))
+        json_member_word(out, "mode", modes[c->mode]);
+    else
+        json_member_null(out, "mode");
+    json_out_close(out, '}');
+}
+
 static void write_placed(struct json_out *out, const struct methods_env *d, int i,
                          const struct pipeline_stats *pipe)
 {
@@ -447,6 +486,7 @@ static void write_placed(struct json_out *out, const struct methods_env *d, int 
     write_angles(out, "rotation_deg", c->rotation_rad, 3);
     write_angles(out, "sector_deg", c->sector_rad, 2);
     json_member_flag(out, "heard", !(query_lost_sonars(d) >> i & 1));
+    write_tuning(out, d, i);
     json_out_close(out, '}');
 }
 

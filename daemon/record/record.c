@@ -20,15 +20,17 @@
 #define NO_BLOCK    UINT32_MAX
 #define TICK_MS     250
 
+/* A message, or that from here on nothing is kept, or all is again. Not told by the channel: -1 is that of a topic that
+ * was refused. */
+enum kind { MESSAGE, PAUSE, GO_ON };
+
 /* What stands before the bytes of each message in a block. */
 struct entry {
     struct record_time then;
     int32_t channel;
     uint32_t n;
+    enum kind kind;
 };
-
-/* In place of a channel: from here on nothing is kept, or all is again. */
-enum { PAUSE = -1, GO_ON = -2 };
 
 struct block {
     uint32_t used;
@@ -39,7 +41,8 @@ struct record {
     /* the loop's */
     uint32_t filling; /* the block that messages go to, or NO_BLOCK */
     uint64_t messages, overflows, taken_bytes;
-    bool paused, told; /* as asked for, and as the thread was told in order with the messages */
+    uint64_t messages_before; /* the present recording */
+    bool paused, told;        /* as asked for, and as the thread was told in order with the messages */
 
     /* the thread's, once it runs */
     struct segments *segments;
@@ -63,8 +66,8 @@ static void write_block(struct record *rec, const struct block *block)
     for (uint32_t at = 0; at < block->used;) {
         struct entry e;
         memcpy(&e, block->bytes + at, sizeof e);
-        if (e.channel < 0)
-            segments_pause(rec->segments, e.channel == PAUSE, e.then.t_ns);
+        if (e.kind != MESSAGE)
+            segments_pause(rec->segments, e.kind == PAUSE, e.then.t_ns);
         else
             segments_message(rec->segments, e.channel, &e.then, block->bytes + at + sizeof e, e.n);
         at += (uint32_t)sizeof e + e.n;
@@ -134,7 +137,7 @@ static struct block *block_for(struct record *rec, size_t bytes)
 static bool tell(struct record *rec)
 {
     const uint64_t now_ns = loop_clock();
-    const struct entry e = {.then = {now_ns, now_ns}, .channel = rec->paused ? PAUSE : GO_ON};
+    const struct entry e = {.then = {now_ns, now_ns}, .kind = rec->paused ? PAUSE : GO_ON};
     struct block *block = rec->told == rec->paused ? NULL : block_for(rec, sizeof e);
     if (!block)
         return rec->told == rec->paused;
@@ -178,6 +181,8 @@ void record_tick(struct record *rec)
 
 void record_pause(struct record *rec, bool paused)
 {
+    if (rec->paused && !paused)
+        rec->messages_before = rec->messages;
     rec->paused = paused;
     tell(rec);
     hand_over(rec);
@@ -193,6 +198,7 @@ void record_status(struct record *rec, struct record_status *out)
     snapshot_read(&rec->status, &out->segments);
     out->overflows = rec->overflows;
     out->segments.messages = rec->messages;
+    out->messages_here = rec->messages - rec->messages_before;
     out->segments.lost_messages += rec->overflows;
     out->waiting_bytes = rec->taken_bytes - atomic_load_explicit(&rec->written_bytes, memory_order_relaxed);
 }

@@ -14,6 +14,7 @@
 
 struct record_status {
     struct segments_status segments; /* messages: taken or lost until now; lost_messages: with those lost here */
+    uint64_t messages_here;          /* of those, since it was last told to go on */
     uint64_t overflows;              /* of the lost: there was no room, since the disk is too slow */
     uint64_t waiting_bytes;          /* not yet taken by the disk's side */
 };

@@ -67,6 +67,7 @@ struct mcap_options {
     size_t chunk_bytes;                /* a chunk is written when it is this large; 0: MCAP_CHUNK_BYTES */
     size_t message_bytes;              /* largest message; larger ones are refused; 0: MCAP_MESSAGE_BYTES */
     size_t index_bytes;                /* room for the index of chunks; 0: MCAP_INDEX_BYTES */
+    const char *profile;               /* what readers may expect; NULL: that of sonard's own captures */
 };
 
 struct mcap_written {
@@ -88,10 +89,10 @@ struct mcap_writer;
 struct mcap_writer *mcap_create(int fd, const struct mcap_options *options, struct fault *fault);
 
 /**
- * mcap_add_schema - announce what messages look like: its name, "jsonschema" or the like, and the text. Returns the
- * number for mcap_add_channel_of, > 0, or -1 with a sentence in fault.
+ * mcap_add_schema - announce what messages look like: its name, "jsonschema" or the like, and n bytes of it. Returns
+ * the number for mcap_add_channel_of, > 0, or -1 with a sentence in fault.
  */
-int mcap_add_schema(struct mcap_writer *w, const char *name, const char *encoding, const char *text,
+int mcap_add_schema(struct mcap_writer *w, const char *name, const char *encoding, const void *schema, size_t n,
                     struct fault *fault);
 
 /**

@@ -192,8 +192,7 @@ static void skip_in_chunk(struct mcap_reader *r)
         problem(r, "chunk at offset %zu: truncated after its byte %td; the rest is skipped", r->chunk_at,
                 from - r->chunk_start);
     else
-        problem(r,
-                "chunk at offset %zu: no whole record at its byte %td; %td bytes up to the next one are skipped",
+        problem(r, "chunk at offset %zu: damaged at its byte %td; skipped %td bytes up to the next record",
                 r->chunk_at, from - r->chunk_start, r->chunk.p - from);
 }
 

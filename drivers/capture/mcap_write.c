@@ -304,11 +304,11 @@ bool mcap_write_message(struct mcap_writer *w, int channel, const struct mcap_me
 
 /* ---- the rest of the data section ---- */
 
-int mcap_add_schema(struct mcap_writer *w, const char *name, const char *encoding, const char *text,
+int mcap_add_schema(struct mcap_writer *w, const char *name, const char *encoding, const void *schema, size_t n,
                     struct fault *fault)
 {
     struct mcap_bytes *b = &w->schemas;
-    size_t room = MCAP_RECORD_HEAD + 2 + 12 + strlen(name) + strlen(encoding) + strlen(text);
+    size_t room = MCAP_RECORD_HEAD + 2 + 12 + strlen(name) + strlen(encoding) + n;
     if (w->n_schemas == MCAP_CHANNELS_MAX || room > w->message_bytes) {
         fault_set(fault, "no schema %.64s: %d schemas of %zu bytes are the limit", name, MCAP_CHANNELS_MAX,
                   w->message_bytes);
@@ -322,7 +322,8 @@ int mcap_add_schema(struct mcap_writer *w, const char *name, const char *encodin
     mcap_put_int(b, w->n_schemas + 1u, 2);
     mcap_put_string(b, name);
     mcap_put_string(b, encoding);
-    mcap_put_string(b, text);
+    mcap_put_int(b, n, 4);
+    mcap_put(b, schema, n);
     mcap_end(b, at);
     if (!append(w, b->p + at, b->n - at, fault)) {
         b->n = at;
@@ -552,13 +553,13 @@ static bool allocate(struct mcap_writer *w, size_t index_bytes)
     return ok;
 }
 
-static bool write_head(struct mcap_writer *w, const char *library, struct fault *fault)
+static bool write_head(struct mcap_writer *w, const struct mcap_options *options, struct fault *fault)
 {
     struct mcap_bytes *b = &w->out;
     mcap_put(b, mcap_magic, sizeof mcap_magic);
     size_t at = mcap_begin(b, MCAP_OP_HEADER);
-    mcap_put_string(b, "sonard");
-    mcap_put_string(b, library);
+    mcap_put_string(b, options->profile ? options->profile : "sonard");
+    mcap_put_string(b, options->library);
     mcap_end(b, at);
     return append(w, b->p, b->n, fault);
 }
@@ -582,7 +583,7 @@ struct mcap_writer *mcap_create(int fd, const struct mcap_options *options, stru
     else if (!allocate(w, index_bytes))
         ok = fault_set(fault, "out of memory");
     else
-        ok = write_head(w, options->library, fault);
+        ok = write_head(w, options, fault);
     if (!ok) {
         writer_free(w);
         return NULL;

@@ -136,7 +136,7 @@ uint8_t *point_cloud_message(const struct point_cloud *cloud, size_t *size, stru
 static bool write_capture(struct mcap_writer *w, const struct point_cloud *cloud, const char *topic,
                           const uint8_t *json, size_t size, struct fault *fault)
 {
-    const int schema_id = mcap_add_schema(w, "foxglove.PointCloud", "jsonschema", schema, fault);
+    const int schema_id = mcap_add_schema(w, "foxglove.PointCloud", "jsonschema", schema, strlen(schema), fault);
     const int channel = schema_id > 0 ? mcap_add_channel_of(w, schema_id, topic, "json", fault) : -1;
     const struct mcap_message message = {
         .log_ns = cloud->t_unix_ns, .publish_ns = cloud->t_unix_ns, .data = json, .size = size};

@@ -141,6 +141,10 @@ struct device_ops {
      * of which stays covered in twice as many pings or within circle_s; equal: no longer. only: pass over nothing else,
      * to and fro; each pass is a turn then. NULL: it cannot be steered. */
     void (*steer)(void *state, double from_rad, double to_rad, bool only);
+    /* Take another range_m, gain and request_response of *conf, which are within what `keys` say, and tell the hardware
+     * with what it is sent next; the rest of *conf is as before. NULL: it needs a new start, as all do whose pings do
+     * not say what they were made with: whoever replays them knows the configuration of the start only. */
+    void (*retune)(void *state, const struct device_conf *conf, uint64_t now_ns, const struct device_io *io);
 };
 
 /* Every device there is: a new one is a new .c and its name here. */

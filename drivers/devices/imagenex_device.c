@@ -155,23 +155,24 @@ static void set_sector(struct imagenex_switch *s, double start_rad, double end_r
     s->sector = (uint8_t)fmax(1.0, round(geo_deg(width_rad) / 3.0));
 }
 
+static void tune(struct imagenex *d, const struct device_conf *conf)
+{
+    const uint8_t range_m = choose_range(d->model, conf->range_m);
+    d->conf = *conf;
+    d->request.range_m = range_m;
+    d->request.gain_db = (uint8_t)(conf->gain < 0 ? d->model->default_gain_db : conf->gain);
+    d->request.pulse = (uint8_t)fmin(255.0, (double)pulse_us(range_m) / d->model->pulse_unit_us);
+}
+
 static bool init(struct imagenex *d, const struct model *m, const struct device_conf *conf, struct fault *fault)
 {
     if (!device_conf_check(m->ops, conf, fault))
         return false;
     memset(d, 0, sizeof(*d));
     d->model = m;
-    d->conf = *conf;
     poller_init(&d->poller, conf->listen_only, &ping_step, NULL);
-    const uint8_t range_m = choose_range(m, conf->range_m);
-    d->request = (struct imagenex_switch){
-        .head = m->head,
-        .range_m = range_m,
-        .gain_db = (uint8_t)(conf->gain < 0 ? m->default_gain_db : conf->gain),
-        .absorption = ABSORPTION,
-        .pulse = (uint8_t)fmin(255.0, (double)pulse_us(range_m) / m->pulse_unit_us),
-        .points = POINTS_CODE,
-    };
+    d->request = (struct imagenex_switch){.head = m->head, .absorption = ABSORPTION, .points = POINTS_CODE};
+    tune(d, conf);
     if (m->scans) {
         const double khz = conf->frequency_hz != 0.0 ? conf->frequency_hz / 1e3 : 675.0;
         set_sector(&d->request, conf->sector_start_rad, conf->sector_end_rad);
@@ -392,6 +393,14 @@ static void imagenex_tick(void *state, uint64_t now_ns, const struct device_io *
     poller_tick(&d->poller, now_ns, io);
 }
 
+/* Every request says all of its settings. */
+static void imagenex_retune(void *state, const struct device_conf *conf, uint64_t now_ns,
+                            const struct device_io *io)
+{
+    (void)now_ns, (void)io;
+    tune(state, conf);
+}
+
 static void imagenex_status(const void *state, struct device_status *out)
 {
     const struct imagenex *d = state;
@@ -429,7 +438,7 @@ static const struct device_key keys_881a[] = {
         .name = (its_name), .keys = (its_keys), .state_size = sizeof(struct imagenex), .max_beams = 1,            \
         .max_bins = POINTS, .axial = (its_axial), .beam_deg = {(wide_deg), (high_deg)}, .init = (its_init),       \
         .opened = imagenex_opened, .closed = imagenex_closed, .feed = imagenex_feed, .tick = imagenex_tick,       \
-        .deadline = poller_deadline, .stop = poller_stop, .status = imagenex_status,                              \
+        .deadline = poller_deadline, .stop = poller_stop, .status = imagenex_status, .retune = imagenex_retune,   \
     }
 
 const struct device_ops device_imagenex852 =

@@ -64,6 +64,7 @@ struct micron {
     struct micron_settings set;
     uint64_t reboot_ns; /* how long the next reboot may take */
     bool motor_told;
+    bool retuned; /* it has not been sent its new settings yet */
     struct takeover takeover;
 
     uint16_t bearing;        /* of the last ping, or BEARING_UNKNOWN */
@@ -91,6 +92,13 @@ static bool at(const struct micron *d, enum step step)
 
 /* ---- configuration ---- */
 
+static void tune(struct micron *d, const struct device_conf *conf)
+{
+    d->conf = *conf;
+    d->set.gain = (uint8_t)(21 * (conf->gain < 0 ? 4 : conf->gain));
+    micron_set_range(&d->set, conf->range_m, conf->sound_speed_mps);
+}
+
 static bool micron_init(void *state, const struct device_conf *conf, struct fault *fault)
 {
     struct micron *d = state;
@@ -99,10 +107,8 @@ static bool micron_init(void *state, const struct device_conf *conf, struct faul
     if (!device_conf_check(&device_micron, conf, fault))
         return false;
     memset(d, 0, sizeof(*d));
-    d->conf = *conf;
     d->set.frequency_hz = (uint32_t)lround(frequency_hz);
-    d->set.gain = (uint8_t)(21 * (conf->gain < 0 ? 4 : conf->gain));
-    micron_set_range(&d->set, conf->range_m, conf->sound_speed_mps);
+    tune(d, conf);
     micron_set_scan(&d->set, conf->sector_start_rad, conf->sector_end_rad, conf->step_rad);
     micron_scan_init(&d->scan, d->set.step, (uint64_t)(conf->circle_s * 1e9));
     seanet_parser_init(&d->parser);
@@ -349,10 +355,11 @@ static void on_line(struct micron *d, uint64_t now_ns, const struct device_io *i
                  d->poller.status.what[0] ? d->poller.status.what : "SeaNet head",
                  poller_listening(&d->poller) ? "receiving pings" : "polled mode", d->poller.status.range_m);
     if (at(d, SCAN)) {
-        if (is_taken_over(d, now_ns, io)) {
-            d->poller.status.restarts++;
+        const bool taken_over = is_taken_over(d, now_ns, io);
+        d->poller.status.restarts += taken_over;
+        if (taken_over || d->retuned)
             send_parameters(d, now_ns, io);
-        }
+        d->retuned = false;
         steer(d, now_ns, io);
         start_scan(d, now_ns, io);
     }
@@ -505,6 +512,15 @@ static void micron_steer(void *state, double from_rad, double to_rad, bool only)
     micron_scan_steer(&d->scan, from_rad, to_rad, only);
 }
 
+/* Between two pings, as it takes nothing else. */
+static void micron_retune(void *state, const struct device_conf *conf, uint64_t now_ns, const struct device_io *io)
+{
+    struct micron *d = state;
+    (void)now_ns, (void)io;
+    tune(d, conf);
+    d->retuned = true;
+}
+
 static void micron_status(const void *state, struct device_status *out)
 {
     const struct micron *d = state;
@@ -546,4 +562,5 @@ const struct device_ops device_micron = {
     .stop = poller_stop, /* a head that is not asked is quiet */
     .status = micron_status,
     .steer = micron_steer,
+    .retune = micron_retune,
 };

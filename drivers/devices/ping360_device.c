@@ -103,6 +103,15 @@ static uint64_t auto_silence_ns(const struct ping360 *d)
 
 static void on_frame(void *device, const struct ping_frame *frame, uint64_t now_ns, const struct device_io *io);
 
+static void tune(struct ping360 *d, const struct device_conf *conf)
+{
+    d->conf = *conf;
+    d->set.gain = (uint8_t)(conf->gain < 0 ? 1 : conf->gain);
+    /* a head is steered to where its answers count by the second: the line's time is worth more than fine samples */
+    ping360_set_range(&d->set, conf->range_m, conf->sound_speed_mps,
+                      conf->steered ? PING360_SAMPLES_FEW : PING360_SAMPLES_MAX);
+}
+
 static bool ping360_init(void *state, const struct device_conf *conf, struct fault *fault)
 {
     struct ping360 *d = state;
@@ -111,13 +120,9 @@ static bool ping360_init(void *state, const struct device_conf *conf, struct fau
     if (!device_conf_check(&device_ping360, conf, fault))
         return false;
     memset(d, 0, sizeof(*d));
-    d->conf = *conf;
     d->set.mode = 1;
-    d->set.gain = (uint8_t)(conf->gain < 0 ? 1 : conf->gain);
     d->set.frequency_khz = (uint16_t)lround(frequency_khz);
-    /* a head is steered to where its answers count by the second: the line's time is worth more than fine samples */
-    ping360_set_range(&d->set, conf->range_m, conf->sound_speed_mps,
-                      conf->steered ? PING360_SAMPLES_FEW : PING360_SAMPLES_MAX);
+    tune(d, conf);
     ping360_scan_init(&d->scan, conf->sector_start_rad, conf->sector_end_rad, conf->step_rad);
     d->scan.steer.circle_ns = (uint64_t)(conf->circle_s * 1e9);
     ping360_track_reset(&d->track);
@@ -471,6 +476,19 @@ static void ping360_steer(void *state, double from_rad, double to_rad, bool only
     ping360_scan_steer(&d->scan, from_rad, to_rad, only);
 }
 
+/* A request says all of its settings itself; a scan of its own is begun again with them. */
+static void ping360_retune(void *state, const struct device_conf *conf, uint64_t now_ns,
+                           const struct device_io *io)
+{
+    struct ping360 *d = state;
+    const bool other_mode = conf->request_response != d->conf.request_response;
+    tune(d, conf);
+    if (other_mode)
+        d->auto_refused = false;
+    if (at(d, AUTO) || (at(d, REQUEST) && other_mode))
+        start_scan(d, now_ns, io);
+}
+
 static void ping360_stop(void *state, uint64_t now_ns, const struct device_io *io)
 {
     struct ping360 *d = state;
@@ -513,4 +531,5 @@ const struct device_ops device_ping360 = {
     .stop = ping360_stop,
     .status = ping_talk_status,
     .steer = ping360_steer,
+    .retune = ping360_retune,
 };

@@ -5,7 +5,11 @@
 #
 # CONF=file: that configuration for every dive, instead of the one in each capture. THREADS=0, 1 or 2. EVERY=seconds between answers.
 set -u
+usage() { echo "dive.sh: $1" >&2; echo "usage: dive.sh CAPTURE OUT" >&2; exit 2; }
+[ $# -eq 2 ] || usage "expected a capture and a folder"
 capture=$1 out=$2
+[ -r "$capture" ] || usage "$capture: no such capture, or it cannot be read"
+command -v sonard > /dev/null || usage "sonard is not in PATH; in a checkout: make && PATH=\$PWD/build:\$PWD/python:\$PATH"
 name=$(printf '%s' "$capture" | sed 's,^[./]*,,; s,\.mcap$,,; s,/,_,g')
 done=$out/$name/took
 [ -e "$done" ] && [ "$done" -nt "$capture" ] && grep -q '^status 0$' "$done" && exit 0

@@ -67,9 +67,11 @@ def main():
     parser.add_argument("out", help="the folder that dive.sh has written to")
     parser.add_argument("--pages", type=int, default=0, metavar="N", help="make the page of sonard-report for the N worst (0)")
     options = parser.parse_args()
+    if not os.path.isdir(options.out):
+        sys.exit("report.py: %s: no such folder; dive.sh makes it: sh dive.sh CAPTURE %s" % (options.out, options.out))
     folders = sorted(e.path for e in os.scandir(options.out) if not e.name.startswith(".") and os.path.exists(os.path.join(e.path, "took")))
     if not folders:
-        sys.exit("%s: no dive in it that dive.sh has replayed" % options.out)
+        sys.exit("report.py: %s: no dive in it that dive.sh has replayed" % options.out)
     dives = sorted((figures(folder) for folder in folders), key=lambda d: (d[1]["ended"] == "well", -(d[1]["unknown"] or 0), d[1]["dive"]))
     for capture, row in dives[:options.pages]:
         to = os.path.join(options.out, row["dive"], "page")

@@ -229,7 +229,7 @@ static double edge_m(const struct promise *p, const struct looked *looked, const
 }
 
 /*
- * Until every head has been everywhere twice, water that ends before near_m may be the gap of a lost ping; from then on
+ * Until every head has completed two turns, water that ends before near_m may be the gap of a lost ping; from then on
  * a direction has what an earlier turn showed of it.
  */
 static double unshown_m(struct promise *p, uint32_t direction, double slack, const struct sight *s, double near_m)

@@ -184,13 +184,23 @@ void sight_look(struct picture *p, uint32_t direction, const struct sight_observ
     heed_bottom(p, direction, by->place, v);
 }
 
+/* A bound that is infinite or no number bounds nothing, and no comparison further on would see it. */
+static bool is_bounded(const struct picture_frame *frame, const struct pose *pose)
+{
+    double sum = pose->drift_m[0] + pose->drift_m[1];
+
+    if (frame->ned)
+        sum += geo_length(pose->position_m) + pose->uncertain_m + pose->uncertain_rad + pose->heading_radps;
+    return isfinite(sum);
+}
+
 bool sight_possible(const struct picture_frame *frame, const struct answer_now *now, bool ned,
                     enum answer_reason *reason)
 {
     *reason = ANSWER_HEARD;
     if (!frame->pings)
         *reason = ANSWER_NO_DATA;
-    else if (frame->ned && !now->pose_fresh)
+    else if ((frame->ned && !now->pose_fresh) || !is_bounded(frame, &now->pose))
         *reason = ANSWER_POSE_LOST;
     else if (ned && !frame->ned)
         *reason = ANSWER_NO_FRAME;

@@ -68,7 +68,8 @@ static inline enum answer_reason sight_beyond(const struct sight *v)
     return v->bottom_m <= v->clear_m ? ANSWER_BOTTOM : ANSWER_BEYOND;
 }
 
-/** sight_possible - false when nothing can be said about any direction, with the reason. */
+/** sight_possible - false when nothing can be said about any direction, with the reason: also where the pose or what is
+ * uncertain of it is no finite number. */
 bool sight_possible(const struct picture_frame *frame, const struct answer_now *now, bool ned,
                     enum answer_reason *reason);
 

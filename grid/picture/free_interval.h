@@ -22,7 +22,7 @@ struct free_interval {
 
 /*
  * Of a direction: [0] is what the last ping freed, the others are what is left of earlier ones. No two overlap. Where
- * there are more, two that touch are joined, as of the older one: those where the least water grows older by the least,
+ * there are more, two that touch are joined, as of the older one: the pair whose merge ages the least water,
  * mostly neighbours of one revolution. Where none touch, the shortest goes.
  */
 #define FREE_INTERVALS 4

@@ -11,6 +11,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "came_back.h"
 #include "grid/echoes.h"
 
 #define LOST_ECHO_PARTS 36 /* of a head's turn; a fan is divided into LOST_ECHO_FAN */
@@ -32,31 +33,13 @@ struct lost_echo_row {
     float range_m;
 };
 
-/* What the last strong echo in a part of a head's turn was, and whether it has come back. */
-struct lost_echo_return {
-    struct pose pose;
-    float range_m;    /* 0: there was none */
-    bool gone;        /* a whole pass showed nothing since */
-    uint64_t back_ns; /* when it last was there again after that ... */
-    uint32_t back;    /* ... which counts for so many passes more */
-    bool heard;       /* every look of its last pass had an echo */
-};
-
-/* Of a head, through the part that it is in. */
-struct lost_echo_pass {
-    uint32_t part, looks;
-    uint32_t heard,
-        silent; /* looks with an echo; and without any, where the part's last would have been detected */
-};
-
 /* All zero: nothing was heard yet. */
 struct lost_echo {
     uint32_t lost; /* parts, since the last echo */
     bool doubt;
     struct lost_echo_part part[LOST_ECHO_PARTS];
     struct lost_echo_row row[LOST_ECHO_ROWS];
-    struct lost_echo_pass pass;
-    struct lost_echo_return again[LOST_ECHO_PARTS];
+    struct came_back came_back;
 };
 
 /**
@@ -67,10 +50,8 @@ struct lost_echo {
  * in its own direction frees nothing for 10 s. Six parts of a head (60 degrees) or 12 of a fan that lose theirs without
  * an echo between them are a doubt: nothing is free in any ping until the next echo. Returns whether there is one.
  *
- * A receiver that hears one ping in twenty has such an echo all the while. But what has left does not come back to
- * where it was: strong echoes in six parts of a head that a whole pass of it did not show, and that are there again at
- * the same range, are a doubt for eight passes, or until every look of a pass through all of them has an
- * echo. O(beams).
+ * A receiver that hears one ping in twenty has such an echo all the while: came_back says when that is a doubt.
+ * O(beams).
  */
 bool lost_echo_run(struct lost_echo *l, struct echoes *echoes);
 

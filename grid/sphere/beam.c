@@ -22,6 +22,12 @@ static double tan_of(double half_rad)
     return tan(fmin(half_rad, WIDEST_HALF_RAD));
 }
 
+/* Where no beam is on that side, the beam's own ellipse at the height of the row ends it: as far off as the seam. */
+static double row_reach(const struct beam_row *row, float side_rad, double more_rad)
+{
+    return side_rad > 0 ? (double)side_rad + more_rad : (double)row->seam_rad;
+}
+
 void beam_row_open(struct beam_opening *o, const struct beam_row *row, double less_az_rad, double less_el_rad)
 {
     const double half_az = (double)row->half_az_rad, half_el = (double)row->half_el_rad;
@@ -37,8 +43,8 @@ void beam_row_open(struct beam_opening *o, const struct beam_row *row, double le
             continue;
         const double more = (share - seam) * half_az; /* of the beam's own part, beyond the seam */
         o->patch[k] =
-            (struct beam_patch){.tan_left = (1 + BEAM_EDGE) * tan_of((double)row->left_rad + more),
-                                .tan_right = (1 + BEAM_EDGE) * tan_of((double)row->right_rad + more),
+            (struct beam_patch){.tan_left = (1 + BEAM_EDGE) * tan_of(row_reach(row, row->left_rad, more)),
+                                .tan_right = (1 + BEAM_EDGE) * tan_of(row_reach(row, row->right_rad, more)),
                                 .tan_el = tan_of(sqrt(share * share - seam * seam) * half_el - less_el_rad)};
     }
 }

@@ -23,9 +23,9 @@ enum beam_part { BEAM_AXIS, BEAM_SIDE, BEAM_PARTS };
  */
 struct beam_row {
     float half_az_rad, half_el_rad; /* half of what each of its beams is wide and high */
-    float left_rad, right_rad;      /* it reaches so far from the axis */
-    float seam_rad;                 /* from the nearest axis, at most; 0: the beam has no neighbours */
-    bool several;                   /* the axis is the middle of several beams, and none of its own */
+    float left_rad, right_rad; /* it reaches so far from the axis; 0: no beam that freed water is on that side */
+    float seam_rad;            /* from the nearest axis, at most; 0: the beam has no neighbours */
+    bool several;              /* the axis is the middle of several beams, and none of its own */
 };
 
 /* A rectangle within a part; tan_el <= 0: none. */

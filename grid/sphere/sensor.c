@@ -374,6 +374,18 @@ static bool is_deaf_again(struct sphere *s, const struct echoes *e)
     return deaf && before;
 }
 
+/* What stands farther than the grid reaches leaves no cell that another beam's free water would have to end at: no beam
+ * frees water there. */
+static struct beam_water within_reach(const struct sphere *s, const struct beam *b, const struct beam_water *w)
+{
+    const double reach_m = s->layers.edge[s->layers.n] - b->lever_m;
+    struct beam_water out = *w;
+    out.to_m = fmin(w->to_m, reach_m);
+    out.side_to_m = fmin(w->side_to_m, reach_m);
+    out.edge_to_m = fmin(w->edge_to_m, reach_m);
+    return out;
+}
+
 /* loose: the pose of the ping is too uncertain to make any water free; what older pings found free only ages, but for
  * an echo of the vehicle's own: it does not block, so the water behind it must not stay free. */
 static struct water water_of(const struct sphere *s, const struct beam *b, bool loose)
@@ -384,8 +396,9 @@ static struct water water_of(const struct sphere *s, const struct beam *b, bool 
         own = (struct beam_water){h->blind_m, h->free_to_m, h->side_to_m, h->edge_from_m, h->edge_to_m, true};
     own = beam_water_less(&own, b->ping->pose.uncertain_m);
     own = beam_surely_free(b, &own);
-    if (own.to_m > own.from_m && !loose)
-        return (struct water){.range = own, .said = SAID_FREE, .ends_at_echo = h->n > 0};
+    const struct beam_water kept = within_reach(s, b, &own);
+    if (kept.to_m > kept.from_m && !loose)
+        return (struct water){.range = kept, .said = SAID_FREE, .ends_at_echo = h->n > 0 && kept.to_m >= own.to_m};
     const enum said lost = s->deaf_again || is_own(h) ? SAID_UNKNOWN : SAID_DEAF;
     return (struct water){.range = beam_water_alike(0, b->ping->range_max_m),
                           .said = h->free_to_m > h->blind_m && !is_own(h) ? SAID_NOTHING : lost};

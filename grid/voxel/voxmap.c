@@ -348,6 +348,7 @@ static bool open_beam(struct voxmap *m, enum cast_shape shape, const struct voxm
     m->opening_width = (struct voxmap_width){0};
     if (!open_part(m, shape, cone ? axis * az : az, axis * el, m->opening[VOXMAP_AXIS]) ||
         !open_part(m, shape, cone ? side * az : az, side * el, m->opening[VOXMAP_SIDE]) ||
+        !open_part(m, shape, az, el, m->opening[VOXMAP_WHOLE]) ||
         !open_part(m, shape, (double)w->edge_az_rad, el, m->opening[VOXMAP_EDGE]))
         return false;
     const double wider = VOXRESIDUAL_HALF_DIAGONAL * voxel_m;
@@ -449,9 +450,38 @@ static bool enter_stretch(struct voxmap *m, enum voxmap_part_of_beam part, struc
     return true;
 }
 
-/* Every range in the widest part of the beam that is free there. */
+/*
+ * How far no surface can be grazed. Whatever stands at least b from the head, be it flat, is met at a range r at a
+ * grazing angle whose sine is b / r or more. So nearer than b / sin(half the height) what the edge of the beam meets is
+ * met more steeply than by half the height, and leans into the axis: it cannot lie along the beam, where its echo would
+ * be faint. b is what the promised body leaves around the head.
+ */
+static double ungrazed_m(const struct voxmap *m, const struct voxmap_sensor *sensor)
+{
+    const double b_m = m->set.body_radius_m - geo_length(sensor->mount.position_m);
+
+    return b_m > 0 ? b_m / sin((double)m->opening_width.el_rad) : 0;
+}
+
+/* A range of the beam that is free in a part of it; empty where to_m is not greater. */
+struct stretch {
+    double from_m, to_m;
+};
+
+/* One that begins where it does, whatever the side has shown before. Not a number where either end is none. */
+static bool enter_wide(struct voxmap *m, enum voxmap_part_of_beam part, struct cast_look *look, struct stretch s,
+                       double side_m)
+{
+    if (!(s.to_m > s.from_m))
+        return false;
+    const bool before = enter_stretch(m, VOXMAP_SIDE, look, lesser(s.from_m, side_m));
+    look->near_m = fmax(look->near_m, s.from_m);
+    return enter_stretch(m, part, look, s.to_m) || before;
+}
+
+/* Every range in the widest part of the beam that is free there; near_m: as far the whole beam counts. */
 static void enter_water(struct voxmap *m, const struct beam_echoes *heard, const struct beam_off *off,
-                        struct cast_look *look)
+                        struct cast_look *look, double near_m)
 {
     const double off_m = off->along_m - off->nearer_m, uncertain_m = off->along_m + off->ahead_m;
     const double axis_m = lesser(placed_to_m(m, off) - off->ahead_m, (double)heard->free_to_m - uncertain_m);
@@ -460,13 +490,16 @@ static void enter_water(struct voxmap *m, const struct beam_echoes *heard, const
     look->near_m = (double)heard->blind_m + off_m;
     if (heard->off_axis) {
         const double side_m = lesser(axis_m, (double)heard->side_to_m - uncertain_m);
-        const double edge_m = lesser(axis_m, (double)heard->surface_to_m - uncertain_m);
-        const double edge_from_m = (double)heard->surface_from_m + off_m;
-        if (edge_m > edge_from_m) {
-            any |= enter_stretch(m, VOXMAP_SIDE, look, lesser(edge_from_m, side_m));
-            look->near_m = fmax(look->near_m, edge_from_m);
-            any |= enter_stretch(m, VOXMAP_EDGE, look, edge_m);
-        }
+        const struct stretch edge = {(double)heard->surface_from_m + off_m,
+                                     lesser(axis_m, (double)heard->surface_to_m - uncertain_m)};
+        const struct stretch whole = {(double)heard->edge_from_m + off_m,
+                                      lesser(lesser(axis_m, near_m), (double)heard->edge_to_m - uncertain_m)};
+        struct stretch first = whole;
+        if (edge.to_m > edge.from_m) /* which is wider */
+            first.to_m = lesser(whole.to_m, edge.from_m);
+        any |= enter_wide(m, VOXMAP_WHOLE, look, first, side_m);
+        any |= enter_wide(m, VOXMAP_EDGE, look, edge, side_m);
+        any |= enter_wide(m, VOXMAP_WHOLE, look, whole, side_m);
         any |= enter_stretch(m, VOXMAP_SIDE, look, side_m);
         any |= enter_stretch(m, VOXMAP_AXIS, look, axis_m);
     } else
@@ -475,21 +508,19 @@ static void enter_water(struct voxmap *m, const struct beam_echoes *heard, const
 }
 
 static void enter_beam(struct voxmap *m, const struct beam_echoes *heard, const struct pose *pose,
-                       const struct lattice_place *apex, const double attitude[4])
+                       const struct cast_look *from, double near_m)
 {
-    const struct cast_look look = {.apex = apex,
-                                   .attitude = attitude,
-                                   .az_rad = (double)heard->az_rad,
-                                   .el_rad = (double)heard->el_rad,
-                                   .voxel_m = m->set.voxel_m};
-    struct cast_look water = look;
+    struct cast_look look = *from, water;
     if (heard->state == BEAM_BLIND)
         return;
+    look.az_rad = (double)heard->az_rad;
+    look.el_rad = (double)heard->el_rad;
     const struct beam_off off = off_of(m, pose, &look);
-    struct lattice_place foremost = *apex;
+    struct lattice_place foremost = *look.apex;
     go_ahead(&foremost, &off, m->set.voxel_m);
+    water = look;
     water.apex = &foremost;
-    enter_water(m, heard, &off, &water);
+    enter_water(m, heard, &off, &water, near_m);
     for (int n = 0; m->set.keep_echoes && n < heard->n; n++)
         if (!(heard->echo[n].flags & ECHO_OWN))
             enter_echo(m, &heard->echo[n], &look, &off);
@@ -560,8 +591,9 @@ bool voxmap_enter(struct voxmap *m, const struct echoes *e, const struct voxmap_
 
     struct voxmap_part *part = m->current;
     part->map.now = ++m->change;
+    const struct cast_look look = {.apex = &apex, .attitude = attitude, .voxel_m = m->set.voxel_m};
     for (int b = 0; b < e->n_beams; b++)
-        enter_beam(m, &e->beam[b], &e->pose, &apex, attitude);
+        enter_beam(m, &e->beam[b], &e->pose, &look, ungrazed_m(m, sensor));
     if (m->set.body_radius_m > 0)
         enter_body(m, &e->pose, &body, m->last_ns);
     part->last_ns = m->last_ns;

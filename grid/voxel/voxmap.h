@@ -35,8 +35,9 @@ struct voxmap_setting {
     double tolerance_m; /* of the side faces (cast.h); 0 is safe */
     /* (0, 1]: share of a beam's height, of a cone's width, whose water is free as far as its axis hears, or where that
      * is known (struct beam_echoes, off_axis) as far as its side does; then half of it is as far as the axis, and all
-     * of the beam as far as its edge. Echoes fill all of it. Surfaces that the edge grazes answer too weakly to end it.
-     */
+     * of the beam as far as its edge. Echoes fill all of it. Surfaces that the edge grazes answer too weakly to end it,
+     * so there the edge counts as far as such a surface would be heard, and near the body, where none can be grazed, as
+     * far as the target would. */
     double opening;
     uint8_t
         weight_levels; /* [1, 8] angle-weighted vacancy (the paper's future work): a look at a voxel on the beam's
@@ -49,7 +50,7 @@ struct voxmap_setting {
 };
 
 /* The parts of a beam whose water is free to a range of its own. */
-enum voxmap_part_of_beam { VOXMAP_AXIS, VOXMAP_SIDE, VOXMAP_EDGE, VOXMAP_PARTS };
+enum voxmap_part_of_beam { VOXMAP_AXIS, VOXMAP_SIDE, VOXMAP_WHOLE, VOXMAP_EDGE, VOXMAP_PARTS };
 
 /* Half apertures of a ping's beams, cut to their spacing, and that in azimuth in which the edge's water is free. */
 struct voxmap_width {

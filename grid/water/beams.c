@@ -114,7 +114,7 @@ static size_t gaps_in(const struct beams_row *row, double half_rad)
 {
     size_t gaps = 0;
     for (size_t i = 1; i < row->n; i++)
-        gaps += row->beam[i].az_rad - row->beam[i - 1].az_rad > 2 * half_rad;
+        gaps += row->beam[i].az_rad - row->beam[i - 1].az_rad > 2 * half_rad + ROW_TOUCH_RAD;
     return gaps;
 }
 

@@ -1,8 +1,8 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
 # build.sh [ARCH...] - the BlueOS extension for amd64 or arm64 (default: both) into BUILD/blueos/: for each
-# an archive that `docker load`, skopeo and umoci read. No registry is needed, only a mirror of Debian. The publisher is
-# that of packaging/identity; EXTENSION_README and EXTENSION_SUPPORT are addresses, too.
+# an archive that `docker load`, skopeo and umoci read. No registry is needed, only a mirror of Debian. The publisher and
+# the addresses are those of packaging/identity.
 set -eu
 cd "$(dirname "$0")/../.."
 build=${BUILD:-build}
@@ -15,6 +15,7 @@ date=$(git log -1 --format=%ct 2> /dev/null || stat -c %Y VERSION)
 developed=libinih-dev,libjansson-dev,liblz4-dev,libzstd-dev,zlib1g-dev,libmodbus-dev,libgpiod-dev,libwebsockets-dev
 needed=libinih1,libjansson4,liblz4-1,libzstd1,zlib1g,libmodbus5,libgpiod2,libwebsockets17,busybox-static
 
+packaging/named.sh
 say() { echo "blueos: $*" >&2; }
 
 # ARCH: the compiler's name for it, and the names that OCI has.
@@ -76,8 +77,8 @@ label() { # LAYOUT, of the image in it
             "Binds": ["/usr/blueos/extensions/sonard:/data"]}}')" \
         --config.label "authors=$(json "[{\"name\": \"$author\", \"email\": \"$email\"}]")" \
         --config.label "company=$(json "{\"name\": \"sonard\", \"about\": \"Obstacles and free water from the sonar\", \"email\": \"$email\"}")" \
-        --config.label "links=$(json "{\"website\": \"$HOMEPAGE\", \"support\": \"${EXTENSION_SUPPORT:-}\"}")" \
-        --config.label "readme=${EXTENSION_README:-}" --config.label "tags=$(json '["sonar", "navigation", "obstacle-avoidance"]')" \
+        --config.label "links=$(json "{\"website\": \"$HOMEPAGE\", \"source\": \"$VCS_BROWSER\", \"support\": \"$SUPPORT\"}")" \
+        --config.label "readme=$README" --config.label "tags=$(json '["sonar", "navigation", "obstacle-avoidance"]')" \
         --no-history
 }
 

@@ -270,6 +270,7 @@ class PoseState(TypedDict):
     has: List[Literal["attitude", "position", "depth", "velocity", "altitude"]]
     max_age_s: PoseLimits
     attitude_deg: Optional[List[float]]
+    position_m: Optional[List[float]]
     altitude_m: Optional[float]
     count: int
     refused: int
@@ -326,6 +327,7 @@ class RecordState(TypedDict):
     path: str
     parts: int
     messages: int
+    recording_messages: int
     lost_messages: int
     overflows: int
     waiting_bytes: int
@@ -415,6 +417,15 @@ class GpioState(TypedDict):
     trigger: List[GpioTrigger]
 
 
+class Tuning(TypedDict):
+    range_m: float
+    range_least_m: float
+    range_most_m: float
+    gain: Optional[int]
+    gain_most: int
+    mode: Optional[Literal["auto", "transmit", "request"]]
+
+
 class _PlacedSensor(TypedDict):
     name: str
     device: str
@@ -456,6 +467,7 @@ class _PlacedSensor(TypedDict):
     rotation_deg: List[float]
     sector_deg: List[float]
     heard: bool
+    tuning: Optional[Tuning]
 
 
 class PlacedSensor(_PlacedSensor, total=False):

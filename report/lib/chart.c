@@ -86,6 +86,7 @@ struct chart *chart_make(const struct world *world, const struct chart_setting *
     if (!cast_opening_init(&c->opening, CAST_WEDGE, az_rad, share * el_rad, set->tolerance_m, &fault) ||
         !cast_opening_init(&c->axis_opening, CAST_WEDGE, az_rad, share / 2 * el_rad, set->tolerance_m, &fault) ||
         !cast_opening_init(&c->edge_opening, CAST_WEDGE, EDGE_WIDER * az_rad, el_rad, set->tolerance_m, &fault) ||
+        !cast_opening_init(&c->whole_opening, CAST_WEDGE, az_rad, el_rad, set->tolerance_m, &fault) ||
         !cast_opening_init(&c->heard_opening, CAST_WEDGE, az_rad, el_rad, 0, &fault)) {
         fprintf(stderr, "chart: %s\n", fault.text);
         exit(1);
@@ -164,11 +165,21 @@ static void enter_water(struct chart *c, const struct dive_look *look, const dou
         enter_stretch(c, &c->opening, look, at, &from_m, axis_m);
         return;
     }
+    const double whole_from_m = fmax(from_m, (double)heard->edge_from_m);
+    const double whole_m = fmin((double)heard->edge_to_m, c->set.body_m / sin(geo_rad(DIVE_EL_DEG / 2)));
+    if (whole_m > whole_from_m) {
+        enter_stretch(c, &c->opening, look, at, &from_m, fmin(whole_from_m, side_m));
+        from_m = fmax(from_m, whole_from_m);
+        enter_stretch(c, &c->whole_opening, look, at, &from_m,
+                      edge_m > edge_from_m ? fmin(whole_m, edge_from_m) : whole_m);
+    }
     if (edge_m > edge_from_m) {
         enter_stretch(c, &c->opening, look, at, &from_m, fmin(edge_from_m, side_m));
         from_m = fmax(from_m, edge_from_m);
         enter_stretch(c, &c->edge_opening, look, at, &from_m, edge_m);
     }
+    if (whole_m > whole_from_m)
+        enter_stretch(c, &c->whole_opening, look, at, &from_m, whole_m);
     enter_stretch(c, &c->opening, look, at, &from_m, side_m);
     enter_stretch(c, &c->axis_opening, look, at, &from_m, axis_m);
 }

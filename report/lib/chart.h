@@ -25,6 +25,7 @@ struct chart {
     struct chart_setting set;
     struct cast_opening opening, axis_opening, edge_opening; /* of free water */
     struct cast_opening heard_opening;                       /* of echoes */
+    struct cast_opening whole_opening;                       /* of free water near the body */
     struct tiles tiles;
     struct submap map;
     bool stamped;

@@ -22,7 +22,7 @@ compile() { # SOURCE: its object's name is printed
     $CC $FLAGS -c -o "$object" "$1"
     echo "$object"
 }
-web="web/web_guard.c web/web_metrics.c web/web_query.c web/web_rows.c web/web_settings.c" # what needs no libwebsockets
+web="web/web_guard.c web/web_metrics.c web/web_query.c web/web_settings.c" # what needs no libwebsockets
 objects=$(for source in core/*.c grid/*.c grid/*/*.c drivers/*/*.c protocol/*.c config/*.c daemon/*.c daemon/*/*.c \
               client/*.c client/*/*.c $web; do
     case $source in *\**|daemon/main.c|client/ctl/sonarctl.c|client/mavlink/sonard-mavlink.c) continue ;; esac

@@ -12,7 +12,7 @@
 #include "web/web_guard.h"
 #include "web/web_metrics.h"
 #include "web/web_query.h"
-#include "web/web_rows.h"
+#include "client/view/view_rows.h"
 #include "web/web_settings.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
@@ -93,16 +93,16 @@ static void setting(const char *text)
 
 static void image(const uint8_t *data, size_t size)
 {
-    static struct web_rows rows;
-    static uint8_t out[WEB_ROWS_BYTES];
+    static struct view_rows rows;
+    static uint8_t out[VIEW_ROWS_BYTES];
     json_t *said = json_loadb((const char *)data, size, 0, NULL);
     size_t n = 0, written;
 
-    web_rows_take(&rows, said);
-    for (uint64_t seen = 0; (written = web_rows_part(&rows, &seen, out)) > 0; n += out[2])
+    view_rows_take(&rows, said);
+    for (uint64_t seen = 0; (written = view_rows_part(&rows, &seen, out)) > 0; n += out[2])
         must(written <= sizeof out && out[2] > 0);
-    must(n <= WEB_ROWS_MAX);
-    web_rows_forget(&rows);
+    must(n <= VIEW_ROWS_MAX);
+    view_rows_forget(&rows);
     FILE *sink = fopen("/dev/null", "w");
     if (sink) {
         web_metrics_print(sink, (json_t *const[WEB_METRICS_QUESTIONS]){said, said, said});

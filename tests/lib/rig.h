@@ -3,7 +3,7 @@
  * rig - the daemon in one process, with its loop on a clock that the test turns: one virtual sonar on a line of its
  * own, a Ping360 unless rig_far says otherwise, an instrument's line where the configuration has RIG_NMEA, the server
  * with a client at its socket, no thread that decides anything. Nothing waits and nothing is measured, so a run is the
- * same on any machine. The program is linked with --wrap (Makefile, RIGS).
+ * same on any machine. The program is linked with --wrap (Makefile, WRAPS_test_rig).
  *
  * rig_run() turns the loop every RIG_STEP_NS. rig_hold() lets the sonar and the client go on while the loop stands, as
  * a process does that is stopped.

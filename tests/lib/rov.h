@@ -14,7 +14,7 @@
 #include <stdint.h>
 #include <string.h>
 
-#include "test.h"
+#include "random.h"
 
 struct rov {
     bool heavy;
@@ -32,7 +32,7 @@ struct rov {
     int pulse_us[8];
 };
 
-static double rov_draw(struct rov *r, double lo, double hi)
+static inline double rov_draw(struct rov *r, double lo, double hi)
 {
     return lo + (hi - lo) * test_uniform(&r->seed);
 }
@@ -45,7 +45,7 @@ static const double rov_models[4][15] = {
     {9.75, 9.75, 9.75, 0, 0, 0, .07, .07, .07, 34.2, 55.0, 73.2, 1.0, 1.0, 1.0}};
 
 /* A mixture of two models: often one of them alone. */
-static void rov_mix(struct rov *r, double out[15])
+static inline void rov_mix(struct rov *r, double out[15])
 {
     const int i = (int)rov_draw(r, 0, 3.999), k = (int)rov_draw(r, 0, 3.999);
     const double share = fmin(fmax(rov_draw(r, -0.5, 1.5), 0), 1);
@@ -53,7 +53,7 @@ static void rov_mix(struct rov *r, double out[15])
         out[n] = rov_models[i][n] + share * (rov_models[k][n] - rov_models[i][n]);
 }
 
-static void rov_water(struct rov *r, double most_mps, double out[3])
+static inline void rov_water(struct rov *r, double most_mps, double out[3])
 {
     const double to = rov_draw(r, 0, 6.28318530717958648), mps = most_mps * fmin(1, rov_draw(r, 0, 1.5));
     out[0] = mps * cos(to);
@@ -61,7 +61,7 @@ static void rov_water(struct rov *r, double most_mps, double out[3])
     out[2] = 0;
 }
 
-static void rov_start(struct rov *r, uint64_t seed, bool heavy, double most_current_mps)
+static inline void rov_start(struct rov *r, uint64_t seed, bool heavy, double most_current_mps)
 {
     double masses[15], drags[15];
     *r = (struct rov){.heavy = heavy, .seed = seed, .q = {1, 0, 0, 0}, .most_current_mps = most_current_mps};
@@ -91,7 +91,7 @@ static void rov_start(struct rov *r, uint64_t seed, bool heavy, double most_curr
 
 /* The maker's table at 12 V in kgf, by microseconds; at other voltages more by a power that fits the maker's, and a
  * dead band that is narrower by 2 us a volt, as there. */
-static double rov_curve_n(const struct rov *r, double us, bool strong)
+static inline double rov_curve_n(const struct rov *r, double us, bool strong)
 {
     static const double at[] = {36, 40, 60, 80, 100, 200, 300, 400};
     static const double ahead[] = {0, .04, .13, .25, .39, 1.28, 2.46, 3.71},
@@ -108,7 +108,7 @@ static double rov_curve_n(const struct rov *r, double us, bool strong)
 }
 
 /* Where motor k is, and which way it pushes when the autopilot calls it positive. */
-static void rov_motor(const struct rov *r, int k, double at[3], double to[3])
+static inline void rov_motor(const struct rov *r, int k, double at[3], double to[3])
 {
     static const double level_at[4][2] = {{.15, .11}, {.15, -.11}, {-.15, .11}, {-.15, -.11}};
     static const double level_to[4][2] = {{-1, 1}, {-1, -1}, {1, 1}, {1, -1}};
@@ -125,7 +125,7 @@ static void rov_motor(const struct rov *r, int k, double at[3], double to[3])
     memcpy(to, (double[3]){0, 0, 1}, 3 * sizeof *to);
 }
 
-static void rov_cross(const double a[3], const double b[3], double out[3])
+static inline void rov_cross(const double a[3], const double b[3], double out[3])
 {
     out[0] = a[1] * b[2] - a[2] * b[1];
     out[1] = a[2] * b[0] - a[0] * b[2];
@@ -133,7 +133,7 @@ static void rov_cross(const double a[3], const double b[3], double out[3])
 }
 
 /* Rows: north, east, down in the body's axes. */
-static void rov_axes(const struct rov *r, double m[3][3])
+static inline void rov_axes(const struct rov *r, double m[3][3])
 {
     const double w = r->q[0], x = r->q[1], y = r->q[2], z = r->q[3];
     const double rows[3][3] = {{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)},
@@ -143,7 +143,7 @@ static void rov_axes(const struct rov *r, double m[3][3])
 }
 
 /* Over ground, NED. */
-static void rov_velocity(const struct rov *r, double out[3])
+static inline void rov_velocity(const struct rov *r, double out[3])
 {
     double m[3][3];
     rov_axes(r, m);
@@ -154,7 +154,7 @@ static void rov_velocity(const struct rov *r, double out[3])
     }
 }
 
-static void rov_push(struct rov *r, double dt_s, double force[3], double torque[3])
+static inline void rov_push(struct rov *r, double dt_s, double force[3], double torque[3])
 {
     for (int k = 0; k < (r->heavy ? 8 : 6); k++) {
         double at[3], to[3], turn[3];
@@ -172,7 +172,7 @@ static void rov_push(struct rov *r, double dt_s, double force[3], double torque[
     }
 }
 
-static void rov_step(struct rov *r, double dt_s)
+static inline void rov_step(struct rov *r, double dt_s)
 {
     double m[3][3], v[3], w[3], force[3] = {0}, torque[3] = {0}, ground[3], p_w[3], l_w[3], p_v[3];
     rov_axes(r, m);
@@ -224,7 +224,7 @@ struct rov_sticks {
 };
 
 /* ArduSub's mix, and the pulses of it. */
-static void rov_steer(struct rov *r, const struct rov_sticks *s)
+static inline void rov_steer(struct rov *r, const struct rov_sticks *s)
 {
     static const int mix[8][6] = {{0, 0, 1, 0, -1, 1}, {0, 0, -1, 0, -1, -1}, {0, 0, -1, 0, 1, 1},
                                   {0, 0, 1, 0, 1, -1}, {1, -1, 0, -1, 0, 0},  {-1, -1, 0, -1, 0, 0},

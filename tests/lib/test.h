@@ -19,6 +19,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "random.h"
+
 static int test_failed_cases;
 static bool test_case_failed;
 
@@ -92,21 +94,6 @@ static inline uint64_t test_seed(void)
     uint64_t seed = s ? strtoull(s, NULL, 0) : 20260101u;
     printf("# SONARD_SEED=%" PRIu64 "\n", seed);
     return seed;
-}
-
-/* splitmix64: small, good enough for inputs of tests, the same everywhere */
-static inline uint64_t test_random(uint64_t *state)
-{
-    uint64_t z = (*state += 0x9e3779b97f4a7c15u);
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return z ^ (z >> 31);
-}
-
-/* uniform in [0, 1) */
-static inline double test_uniform(uint64_t *state)
-{
-    return (double)(test_random(state) >> 11) * 0x1p-53;
 }
 
 #endif

@@ -61,4 +61,15 @@ def tasks_share_the_list(bench):
     check(sorted(os.listdir(out)) == sorted(map(named, paths)), os.listdir(out))
 
 
-run([(case.__name__, case) for case in (each_dive_is_replayed_once, tasks_share_the_list)], gate=ALL)
+def mistakes_are_named(bench):
+    """Without its arguments, without sonard, with a folder that is not there: each says what to do."""
+    script = os.path.join(HERE, "dive.sh")
+    for arguments, path, want in (((), None, "usage: dive.sh CAPTURE OUT"), (("none.mcap", "out"), None, "none.mcap: no such capture"),
+                                  (("tests/replay/box.mcap", "out"), "/usr/bin:/bin", "sonard is not in PATH")):
+        done = bench.run("env", "PATH=" + (path or os.environ["PATH"]), "sh", script, *arguments)
+        check(done.returncode == 2 and want in done.stderr and not os.path.exists("out"), "%s: %s" % (arguments, done.stderr))
+    done = bench.run("python3", os.path.join(HERE, "report.py"), bench.path("nowhere"))
+    check(done.returncode == 1 and "no such folder; dive.sh makes it" in done.stderr and "Traceback" not in done.stderr, done.stderr)
+
+
+run([(case.__name__, case) for case in (each_dive_is_replayed_once, tasks_share_the_list, mistakes_are_named)], gate=ALL)

@@ -202,6 +202,8 @@ def image(bench):
     check(set(labels) == {"version", "permissions", "authors", "company", "readme", "links", "type", "tags", "requirements"}, set(labels))
     for name in ("permissions", "authors", "company", "links", "tags"):
         json.loads(labels[name])
+    links = json.loads(labels["links"])
+    check(all(word.startswith("https://") for word in (labels["readme"], links["website"], links["source"], links["support"])), "addresses of packaging/identity: %s" % links)
     check(json.loads(labels["permissions"])["HostConfig"]["Binds"] == ["/usr/blueos/extensions/sonard:/data"], labels["permissions"])
     sim = sonar(bench)
     data, port, mavlink = filled(bench, sim)

@@ -84,6 +84,7 @@ def finds_sonard(bench):
         os.makedirs(bench.path("tree/" + folder))
     os.symlink(os.path.join(TOP, "report"), bench.path("tree/report"))
     tool = shutil.copy(os.path.join(TOP, "python", "sonard-report"), bench.path("tree/python"))
+    os.symlink(os.path.join(TOP, "python", "sonard_tool.py"), bench.path("tree/python/sonard_tool.py"))
     for folders in (("build", "build"), ("sbin", "bin")):
         for folder, name in zip(folders, ("sonard", "sonarctl")):
             os.chmod(bench.write("tree/%s/%s" % (folder, name), "#!/bin/sh\n"), 0o755)

@@ -129,7 +129,7 @@ def bash(bench):
 def programs(bench):
     """The other programs: every option that their help tells, at the start of a line as a program beside this file."""
     script = "source %s/completion/options.bash; _sonard_options \"$1\" \"$2\"; printf '%%s\\n' \"${COMPREPLY[@]}\"" % TOP
-    tools = [os.path.join(os.path.dirname(SONARCTL), name) for name in ("sonard", "sonard-mavlink")]
+    tools = [os.path.join(os.path.dirname(SONARCTL), name) for name in ("sonard", "sonard-mavlink", "sonard-web")]
     for program in tools + [os.path.join(TOP, "python", name) for name in ("sonard-tune", "sonard-import", "sonard-poses", "sonard-rosbag", "sonard-report")]:
         told = set(re.findall(r"^ +(?:-\w, )?(--[a-z-]+)", bench.run(program, "--help").stdout, re.M))
         done = subprocess.run(["bash", "-c", script, "bash", program, "--"], capture_output=True, text=True, check=False)

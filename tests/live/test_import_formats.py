@@ -527,6 +527,10 @@ def what_the_program_says(bench):
     made.write([(1, 1000, b"{}")])
     made.end()
     check("sonard-poses(1) reads its poses" in imported(bench, bench.path("blueos.mcap"), status=1)[1], "a file of BlueOS")
+    for name, data, wanted in (("a.bag", b"#ROSBAG V2.0\n" + bytes(40), "sonard-rosbag(1) makes a capture of it"),
+                               ("a.BIN", b"\xa3\x95\x80\x80\x59FMT" + bytes(80), "DataFlash log"),
+                               ("a.tlog", bytes(7) + b"\x01\xfd\x09" + bytes(20), "telemetry log")):
+        check(wanted in imported(bench, bench.write(name, data), status=1)[1], name)
     for options in (("--sensor", "a/b"), ("--sensor", "x" * 32), ("--zone", "east"), ()):
         done = bench.run(TOOL, *options, box)
         check(done.returncode == 2, done.stderr)

@@ -215,6 +215,7 @@ def on_request(bench):
     waits = record()
     check(waits["paused"] and not waits["recording"] and waits["messages"] == 0 == waits["lost_messages"], "before: %s" % waits)
     check(not glob.glob(os.path.join(directory, "*.mcap")), "a file before anybody asked for one")
+    all_before = 0
     for turn in (1, 2):
         check("to " + directory in bench.sonarctl("record", "start").stdout, "sonarctl does not say where to")
         client.call("record_start")
@@ -226,6 +227,8 @@ def on_request(bench):
         files = sorted(glob.glob(os.path.join(directory, "*.mcap")))
         check(len(files) == turn == last["parts"] and last["lost_messages"] == 0 and last["error"] == "", "%s %s" % (files, last))
         count = last["messages"]
+        check(last["recording_messages"] == count - all_before, "of this recording alone: %s" % last)
+        all_before = count
         pings_until(client, client.sensor()["pings"] + 10)
         check(record()["messages"] == count, "messages are counted that nobody keeps")
     daemon.stop()

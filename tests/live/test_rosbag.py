@@ -483,6 +483,13 @@ def hostile_tables(bench):
     check("more than 4096 connections" in done.stderr, done.stderr)
 
 
+def smaller(bench, source):
+    """The tool with smaller bounds, and what it imports beside it."""
+    os.makedirs(bench.path("python"))
+    os.symlink(os.path.join(os.path.dirname(TOOL), "sonard_tool.py"), bench.path("python/sonard_tool.py"))
+    return bench.write("python/smaller", source)
+
+
 def too_much(bench):
     """What a file can make the program hold is bounded: by message, by definitions, and in all."""
     good = (0, START_NS, scan(True, START_NS, RANGES))
@@ -500,7 +507,7 @@ def too_much(bench):
     with open(TOOL, encoding="utf-8") as f:
         source = f.read()
     check("TAKEN_MAX = 1 << 30" in source, "no bound of all bytes")
-    small = bench.write("small", source.replace("TAKEN_MAX = 1 << 30", "TAKEN_MAX = 1 << 20"))
+    small = smaller(bench, source.replace("TAKEN_MAX = 1 << 30", "TAKEN_MAX = 1 << 20"))
     capture = bench.path("small.mcap")
     for entries in ([good] * 2000, [good] + [(1, START_NS, odometry(True, START_NS, 0, (0, 0, 0), 0))] * 600):
         bag = bench.write("x.bag", ros1_bag([("/scan", SCAN, ""), ("/odom", ODOMETRY, "")], entries))
@@ -590,7 +597,7 @@ def chunks_that_unpack_to_much(bench):
     with open(TOOL, encoding="utf-8") as f:
         source = f.read()
     check("UNPACKED_MAX = 1 << 30" in source and "PIECE_MAX = 64 << 20" in source, "other bounds")
-    small = bench.write("small", source.replace("UNPACKED_MAX = 1 << 30", "UNPACKED_MAX = 1 << 22").replace("RATIO_MAX = 256 ", "RATIO_MAX = 1 "))
+    small = smaller(bench, source.replace("UNPACKED_MAX = 1 << 30", "UNPACKED_MAX = 1 << 22").replace("RATIO_MAX = 256 ", "RATIO_MAX = 1 "))
     good = ros1_bag([("/scan", SCAN, "")], [(0, START_NS, scan(True, START_NS, RANGES))])
     bomb = ros1_chunk(bytes(1 << 20), "bz2")
     capture = bench.path("small.mcap")

@@ -117,6 +117,18 @@ def refused(bench):
         check(done.stdout == "", done.stdout)
 
 
+def warns(bench):
+    """A transducer outside of the vehicle, and an input at which nobody can be asked."""
+    out = ("--output", "-")
+    for more, outside in ((("--mount", "0.2,0,0", "--size", "0.5,0.4,0.3"), False), (("--mount", "0.4,0,0", "--size", "0.5,0.4,0.3"), True),
+                          (("--mount", "0.1,0,0.2", "--size", "0.5,0.4,0.3"), True), (("--mount", "0.3,0,0.1"), False), (("--mount", "1.2,0,0"), True)):
+        done = setup(bench, "--device", "micron", "--port", "/dev/null", *more, *out)
+        check(done.returncode == 0 and ("outside of the vehicle" in done.stderr) == outside, "%s: %s" % (more, done.stderr))
+        check("no terminal" not in done.stderr, done.stderr)
+    done = bench.run(SONARCTL, "setup", "--device", "micron", "--port", "/dev/null", *out)
+    check(done.returncode == 0 and "standard input is no terminal" in done.stderr, done.stderr)
+
+
 def ports(bench):
     """A port that cannot be had: the last line says what to do."""
     leader, follower = pty.openpty()
@@ -181,6 +193,6 @@ run([("ping360", found("ping360_sim", "ping360")),
      ("micron", found("micron_sim", "micron", quiet=True)),
      ("ping1d", found("ping1d_sim", "ping1d")),
      ("ping1d_with_old_firmware", found("ping1d_sim", "ping1d", "--old", "1")),
-     ("options", options), ("drop_in", drop_in), ("nothing_there", nothing_there), ("refused", refused), ("ports", ports), ("questions", questions),
+     ("options", options), ("drop_in", drop_in), ("nothing_there", nothing_there), ("refused", refused), ("warns", warns), ("ports", ports), ("questions", questions),
      ("hangs_up", hangs_up)], parallel=2,
-    gate=("options", "drop_in", "nothing_there", "refused", "ports", "questions", "hangs_up"))
+    gate=("options", "drop_in", "nothing_there", "refused", "warns", "ports", "questions", "hangs_up"))

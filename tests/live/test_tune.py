@@ -441,6 +441,7 @@ def finds_sonard(bench):
     for folder in ("python", "build", "sbin"):
         os.makedirs(bench.path("tree/" + folder))
     tool = shutil.copy(TUNE, bench.path("tree/python"))
+    os.symlink(os.path.join(TOP, "python", "sonard_tool.py"), bench.path("tree/python/sonard_tool.py"))
     for folder in ("build", "sbin"):
         os.chmod(bench.write("tree/%s/sonard" % folder, "#!/bin/sh\necho that of %s >&2; exit 1\n" % folder), 0o755)
         done = bench.run(tool, "-o", bench.path("tuned.conf"), CAPTURE)

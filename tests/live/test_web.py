@@ -16,6 +16,7 @@ import subprocess
 import threading
 import time
 
+import protobuf
 from lib import Client, jsonschema, PATIENCE, Skipped, SANITIZER, SCHEMAS, RpcError, check, note, pings_until, run, until
 from webclient import Page, Web, rows_of
 
@@ -268,6 +269,7 @@ def replays(bench):
     plain, web = Web(bench), Web(bench, "--replay")
     page = Page(plain)
     check(page.of("link")["result"]["replay"] is False, "it says that it may")
+    check(page.of("link")["result"]["settings"] is False, "it says that settings may be changed")
     check(page.ask("replay", pause="yes")["error"]["code"] == -32601, "without --replay")
     check(not client.call("status")["replay"]["paused"], "paused all the same")
     page = Page(web)
@@ -304,6 +306,7 @@ def settings_of_strangers(bench):
         check(page.ask("settings", **params)["error"]["code"] in (-32001, -32000), params)
         time.sleep(1.1)
     plain = Web(bench)
+    check(Page(web).of("link")["result"]["settings"] is True, "it does not say that settings may be changed")
     check(Page(plain).ask("settings", **wanted["params"])["error"]["code"] == -32601, "without --settings")
     check(not os.path.exists(path) and client.call("status")["grids"][0]["clear_for_s"] == before, "something was changed")
 
@@ -677,7 +680,11 @@ def recovers(bench):
     page = Page(web)
     check(page.of("link")["result"]["fault"], "a daemon that is not there")
     page.watch("version", "sectors")
+    viewer = Page(web, protocol="foxglove.sdk.v1")
+    state = lambda op: viewer.until(lambda m: isinstance(m, dict) and m["op"] == op, op)
+    check(state("status")["level"] == 2, "a daemon that is not there")
     daemon = bench.sonard()
+    check(state("removeStatus")["statusIds"] == ["daemon"], "no daemon")
     check(page.until(lambda m: m.get("method") == "link" and m["result"]["fault"] is None, "a daemon"), "no daemon")
     page.of("sectors")
     until(lambda: web.get("/api/version")[0] == 200, "answers")
@@ -686,6 +693,8 @@ def recovers(bench):
     daemon.wait()
     lost = page.until(lambda m: m.get("method") == "link", "the loss")["result"]
     check(lost["fault"], lost)
+    told = state("status")
+    check((told["message"], told["id"]) == (lost["fault"], "daemon"), told)
     check(web.get("/api/version")[0] == 503, "an answer without a daemon")
     late = Page(web)
     late.watch("sectors")
@@ -698,6 +707,8 @@ def recovers(bench):
     bench.sonard()
     back = page.until(lambda m: m.get("method") == "link" and m["result"]["fault"] is None, "another daemon")["result"]
     check(back["connection"] > lost["connection"], back)
+    state("removeStatus")
+    viewer.close()
     page.of("sectors")
     until(lambda: web.get("/api/version")[0] == 200, "answers again")
 
@@ -719,16 +730,22 @@ def silent_daemon(bench):
     page.until(lambda m: isinstance(m, dict) and m.get("method") == "sectors", "its return", 30)
 
 
-def foxglove(bench):
-    """What a client of npm's @foxglove/ws-protocol gets is what the socket says."""
+def npm(bench, *packages):
+    """A folder with these packages of the registry."""
     if not shutil.which("node") or not shutil.which("npm"):
         raise Skipped("needs node and npm")
     modules = bench.path("modules")
     os.mkdir(modules)
     with open(os.path.join(modules, "package.json"), "w", encoding="ascii") as f:
         f.write("{}")
-    if bench.run("sh", "-c", "cd '%s' && npm install --silent --no-audit --no-fund @foxglove/ws-protocol@0.8.0 ws@8.23.0" % modules, limit_s=90).returncode:
-        raise Skipped("npm cannot get @foxglove/ws-protocol")
+    if bench.run("sh", "-c", "cd '%s' && npm install --silent --no-audit --no-fund %s" % (modules, " ".join(packages)), limit_s=90).returncode:
+        raise Skipped("npm cannot get " + packages[0])
+    return modules
+
+
+def foxglove(bench):
+    """What a client of npm's @foxglove/ws-protocol gets, decoded by protobufjs, is what the socket says."""
+    modules = npm(bench, "@foxglove/ws-protocol@0.8.0", "ws@8.23.0", "protobufjs@8.8.1")
     client, web = started(bench, map={"voxel": "0.2 m", "memory": "16 MiB"})
     end = client.sensor()["pings"] + 230
     place = {"attitude_deg": [0, 0, 30], "position_m": [3, 4, 2]}
@@ -753,8 +770,7 @@ def foxglove(bench):
     check(set(re.findall(r'"(/[a-z/]+)"', layout)) <= set(names), "the layout names another topic")
     check(set(got["messages"]) == set(names), "no message of %s" % (set(names) - set(got["messages"])))
     for c in got["channels"]:
-        if jsonschema:
-            jsonschema.validate(got["messages"][c["topic"]]["data"], c["schema"])
+        check(c["encoding"] == c["schemaEncoding"] == "protobuf", c)
         check(abs(got["messages"][c["topic"]]["timestamp"] - time.time()) < 120, "another time")
     cloud = got["messages"]["/sonar/echoes"]["data"]
     points = list(struct.iter_unpack("<ffffB", base64.b64decode(cloud["data"])))
@@ -763,11 +779,12 @@ def foxglove(bench):
             for r in image["rows"] for e in r["echoes"]]
     near = sum(1 for x, y in want if any(math.hypot(x - p[0], y - p[1]) < 0.05 for p in points))
     check(len(points) > 100 and near > 0.8 * len(want), "%d of %d echoes are among %d points" % (near, len(want), len(points)))
-    raw = got["messages"]["/sonar/image"]["data"]
-    pixels = base64.b64decode(raw["data"])
-    check(raw["encoding"] == "mono8" and raw["height"] == 200 and len(pixels) == raw["step"] * raw["height"] == raw["width"] * 200, raw["height"])
-    lines = {pixels[k * raw["step"]:(k + 1) * raw["step"]].hex() for k in range(raw["height"])}
-    check(sum(r["samples"] in lines for r in image["rows"]) > 100, "other pixels")
+    ping = got["messages"]["/sonar/ping"]["data"]
+    check([(f["name"], f["type"]) for f in ping["fields"]] == [("x", "FLOAT32"), ("y", "FLOAT32"), ("intensity", "UINT8")], ping["fields"])
+    beam = list(struct.iter_unpack("<ffB", base64.b64decode(ping["data"])))
+    check(len(beam) > 100 and 9 < math.hypot(*beam[-1][:2]) < 10.1, beam[-1])
+    picture = base64.b64decode(got["messages"]["/sonar/image"]["data"]["data"])
+    check(picture.startswith(b"\x89PNG") and 1000 < len(picture) < 60000, len(picture))
     grid = got["messages"]["/map/slice"]["data"]
     cells = base64.b64decode(grid["data"])
     rows = [cells[k * grid["row_stride"]:(k + 1) * grid["row_stride"]] for k in range(grid["column_count"])][::-1]
@@ -781,40 +798,96 @@ def foxglove(bench):
     check(abs(2 * math.degrees(math.atan2(pose["orientation"]["z"], pose["orientation"]["w"])) - 60) < 1, pose)
     moved = got["messages"]["/tf"]["data"]
     check(moved["translation"] == pose["position"] and moved["rotation"] == pose["orientation"] and moved["child_frame_id"] == "vehicle", moved)
-    SCHEMAS.check("sectors", "result", got["messages"]["/sonard/sectors"]["data"])
-    SCHEMAS.check("status", "result", got["messages"]["/sonard/status"]["data"])
+    sectors, scan = got["messages"]["/sonard/sectors"]["data"], got["messages"]["/sonard/scan"]["data"]
+    check(len(sectors["sectors"]) == len(scan["ranges"]) == 72 and all(s["state"] in ("blocked", "clear", "unknown") for s in sectors["sectors"]), sectors)
+    check(sum(r is not None and 3 < r < 10 for r in scan["ranges"]) > 60, scan["ranges"])  # in a basin
+    ring = got["messages"]["/sonard/ring"]["data"]["entities"][0]
+    check(len(ring["triangles"]) == 3 and sum(len(t["indices"]) for t in ring["triangles"]) <= 72 * 6, ring["id"])
+    status = got["messages"]["/sonard/status"]["data"]
+    check(status["sensors"][0]["name"] == "head" and status["mode"] == "live" and int(status["sensors"][0]["pings"]) > 200, status)
+    check(got["messages"]["/sonard/log"]["data"]["name"] == "data", got["messages"]["/sonard/log"])
+
+
+def foxglove_traffic(bench):
+    """All topics, of a head of some 20 pings a second and with a map: less than 100 kB/s."""
+    bench.sim("--ms-per-gradian", "1", "--processing-ms", "30", quick=False)
+    bench.conf(map={"voxel": "0.25 m", "memory": "16 MiB"}, pose={"max_age": "600 s"})
+    bench.sonard()
+    client = bench.processes[-1].client()
+    client.call("pose", attitude_deg=[0, 0, 30], position_m=[3, 4, 2])
+    web = Web(bench)
+    pings_until(client, 210)  # a whole turn
+    page = Page(web, protocol="foxglove.sdk.v1")
+    topics = [c["id"] for c in page.until(lambda m: isinstance(m, dict) and m["op"] == "advertise", "the channels")["channels"]]
+    page.say({"op": "subscribe", "subscriptions": [{"id": t, "channelId": t} for t in topics]})
+
+    def read(seconds):
+        size, begun = 0, time.monotonic()
+        while time.monotonic() < begun + seconds:
+            size += len(page.next()) + 4  # with the frame's head
+        return size / (time.monotonic() - begun)
+    read(3)  # the whole turn, once
+    before, begun = client.sensor()["pings"], time.monotonic()
+    rate = read(15)
+    pings = (client.sensor()["pings"] - before) / (time.monotonic() - begun)
+    note("%.1f kB/s at %.1f pings a second" % (rate / 1e3, pings))
+    check(3 < pings < 30 and rate < 100e3, "%.1f kB/s at %.1f pings a second" % (rate / 1e3, pings))
 
 
 def foxglove_by_hand(bench):
-    """Subscriptions: what is none is ignored, and what is given up does not come any more."""
+    """Subscriptions: what is none is ignored, and what is given up does not come any more. Both names of the protocol are known."""
     client, web = started(bench, map={"voxel": "0.5 m", "memory": "8 MiB"}, pose={"max_age": "60 s"})
     client.call("pose", attitude_deg=[0, 0, 30], position_m=[3, 4, 2])
-    page = Page(web, protocol="foxglove.websocket.v1")
-    channels = {c["topic"]: c["id"] for c in page.until(lambda m: isinstance(m, dict) and m["op"] == "advertise", "the channels")["channels"]}
+
+    def greeted(protocol):
+        page = Page(web, protocol=protocol)
+        check(page.status == 101 and page.next()["op"] == "serverInfo", "%s: %s" % (protocol, page.status))
+        return page, {c["topic"]: c for c in page.next()["channels"]}
+    other, told = greeted("foxglove.websocket.v1")
+    page, channels = greeted("foxglove.sdk.v1")
+    check(told == channels, "another name, other channels")
+    other.close()
+    schemas = {topic: protobuf.Schema(base64.b64decode(c["schema"])) for topic, c in channels.items()}
+    both, _ = greeted("foxglove.sdk.v1, foxglove.websocket.v1")
+    both.close()
 
     def subscribe(*pairs):
-        page.say({"op": "subscribe", "subscriptions": [{"id": number, "channelId": channel} for number, channel in pairs]})
+        page.say({"op": "subscribe", "subscriptions": [{"id": number, "channelId": channels[topic]["id"]} for number, topic in pairs]})
+        for number, topic in pairs:
+            subscribed.setdefault(number, topic)
+    subscribed = {}
 
     def message_of(number):
-        """The JSON of the next message of this subscription."""
+        """The next message of this subscription."""
         message = page.until(lambda m: isinstance(m, bytes) and int.from_bytes(m[1:5], "little") == number, "a message of %d" % number)
         check(message[0] == 1, message[:20])
-        return json.loads(message[13:])
+        topic = subscribed[number]
+        return schemas[topic].read(channels[topic]["schemaName"], message[13:])
     page.say({"op": "subscribe", "subscriptions": [{"id": 1, "channelId": 99}, {"id": -1, "channelId": 1}, {"id": 5}, {}, 7]})
     page.say({"op": "advertise", "channels": []})
-    subscribe((4000000000, channels["/sonard/status"]), (4000000000, channels["/sonard/sectors"]))
-    check(message_of(4000000000)["version"], "no status")
-    subscribe((2, channels["/sonar/echoes"]), (3, channels["/vehicle/pose"]), (4, channels["/map/slice"]))
+    subscribe((4000000000, "/sonard/status"), (4000000000, "/sonard/sectors"))
+    status = message_of(4000000000)
+    check(status["version"] and status["pose"]["position_m"] == [3, 4, 2] and status["sensors"][0]["name"] == "head", status)
+    subscribe((2, "/sonar/echoes"), (3, "/vehicle/pose"), (4, "/map/slice"), (5, "/sonard/sectors"), (6, "/sonard/scan"), (7, "/sonard/ring"))
     position = message_of(3)["pose"]["position"]
     check([round(position[axis], 2) for axis in "xyz"] == [4, 3, -2], position)
     columns = len(client.call("map_slice", size_m=40, cells=160)["rows"])
     check(message_of(4)["column_count"] == columns, "another map than one of %d columns" % columns)
-    until(lambda: len(base64.b64decode(message_of(2)["data"])) > 17 * 20, "echoes")
-    page.say({"op": "unsubscribe", "subscriptionIds": [2, 3, 4, 4000000000, 77, "x"]})
-    subscribe((9, channels["/sonar/image"]))
-    message_of(9)
+    until(lambda: len(message_of(2)["data"]) > 17 * 20, "echoes")
+    sectors = until(lambda: [s for s in message_of(5)["sectors"] if not math.isnan(s["range_m"])], "an obstacle")
+    check(all(0 < s["range_m"] < 10 and not math.isnan(s["age_s"]) for s in sectors), sectors)
+    until(lambda: [r for r in message_of(6)["ranges"] if math.isfinite(r)], "an obstacle in the scan")
+    until(lambda: message_of(7)["entities"][0]["triangles"][1]["points"], "clear water in the ring")
+    subscribe((8, "/sonard/log"))
+    check(message_of(8)["level"] in ("INFO", "WARNING"), "no log")
+    page.say({"op": "unsubscribe", "subscriptionIds": [2, 3, 4, 5, 6, 7, 8, 4000000000, 77, "x"]})
+    subscribe((9, "/sonar/ping"))
+    ping = message_of(9)
+    check(len(ping["data"]) == 171 * 9 and [f["name"] for f in ping["fields"]] == ["x", "y", "intensity"], ping["fields"])
     for _ in range(5):
         check(int.from_bytes(page.next()[1:5], "little") == 9, "what was given up comes behind what was asked for later")
+    subscribe((10, "/sonar/image"))
+    check(message_of(10)["data"].startswith(b"\x89PNG"), "no picture")
     page.say([])
     check(all(m is not None for m in iter(page.next, None)), "it goes on")
     page.close()
@@ -855,6 +928,6 @@ def command_line(bench):
     check(bench.run(SONARD_WEB, "--version").stdout.startswith("sonard-web "), "no version")
 
 
-run([("web_" + f.__name__, f) for f in (answers, only_questions, settings, settings_guessed, settings_in_a_flood, settings_lost, replays, settings_of_strangers, who_may_ask, no_paths, hostile, metrics, openapi, live, slow, crowd, foxglove, foxglove_by_hand,
+run([("web_" + f.__name__, f) for f in (answers, only_questions, settings, settings_guessed, settings_in_a_flood, settings_lost, replays, settings_of_strangers, who_may_ask, no_paths, hostile, metrics, openapi, live, slow, crowd, foxglove, foxglove_traffic, foxglove_by_hand,
                                         recovers, silent_daemon, page_names, command_line)],
     gate=("web_only_questions", "web_settings", "web_settings_lost", "web_settings_of_strangers", "web_foxglove_by_hand", "web_recovers", "web_who_may_ask", "web_no_paths", "web_openapi", "web_page_names", "web_command_line"))

@@ -380,6 +380,102 @@ def settings(bench):
     check(browser.do("faults") == [], browser.do("faults"))
 
 
+FOCUSED = "(() => { const e = document.activeElement; return e === document.body ? null : e.id || e.tagName + ':' + e.textContent.trim().slice(0, 20); })()"
+REACHED = """Array.from(document.querySelectorAll("button, select, input, canvas, summary, a[href]"))
+  .filter((e) => e.checkVisibility() && !e.disabled && e.tabIndex >= 0).map((e) => e.id || e.tagName + ':' + e.textContent.trim().slice(0, 20))"""
+
+
+def by_keyboard(bench):
+    """The Tab key reaches all that can be used on each tab, each has a name for a screen reader, and keys are enough."""
+    _, _, _, browser = begun(bench, pings=30, record={"directory": bench.path("captures"), "start": "on_request"})
+    for tab, keys in (("sonar", ()), ("map", ("ArrowRight",)), ("pilot", ("ArrowRight",))):
+        browser.eval("document.querySelector('[role=tab][tabindex=\"0\"]').focus()")
+        for key in keys:
+            browser.do("key", key=key)
+        until(lambda: browser.eval("sonardPage.view.tab") == tab and browser.eval(FOCUSED) == "tab-" + tab, "the tab " + tab)
+        if tab != "pilot":
+            browser.eval("for (const d of document.querySelectorAll('details')) d.open = true")
+        if tab == "sonar":
+            until(lambda: browser.eval("!document.querySelector('#head').disabled"), "the head's settings")
+        time.sleep(0.5)
+        wanted, reached = set(browser.eval(REACHED)), set()
+        browser.eval("document.activeElement.blur()")
+        for _ in range(3 * len(wanted)):
+            browser.do("key", key="Tab")
+            reached.add(browser.eval(FOCUSED))
+        check(len(wanted) > 8 and wanted <= reached, "%s: the Tab key does not reach %s" % (tab, sorted(wanted - reached)))
+        tree = browser.do("tree")
+        nameless = [n for n in tree if n["focusable"] and not n["name"] and n["role"] != "RootWebArea"]
+        check(not nameless, "%s: without a name: %s" % (tab, nameless))
+        check({"main", "banner", "tablist", "tabpanel"} <= {n["role"] for n in tree}, "%s: no landmarks" % tab)
+    browser.do("key", key="Home")
+    browser.eval("document.querySelector('#tab-sonar').focus(); document.querySelector('#tab-sonar').click()")
+    browser.do("press", selector="#canvas", key="ArrowRight")
+    ring = lambda: next(n for n in browser.do("tree") if n["role"] == "slider" and (n["name"] or "").startswith("Ring of sectors: Ahead"))
+    until(lambda: re.match(r"5° \(ahead\): (blocked at \d|clear|unknown, free to \d)", browser.eval("document.querySelector('#canvas').getAttribute('aria-valuetext')") or ""),
+          "the direction in words: %s" % ring())
+    said = browser.eval("document.querySelector('#link-said').textContent")
+    check(said == "live", "the state is said as: " + said)
+    browser.do("press", selector="#canvas", key="f")
+    until(lambda: browser.text("#link").startswith("looking back"), "a picture that stands still")
+    check(browser.eval("document.querySelector('#freeze').getAttribute('aria-pressed')") == "true", "the button does not say so")
+    until(lambda: "not now" in browser.eval("document.querySelector('#link-said').textContent"), "that it is not now")
+    newest = browser.eval("sonardPage.view.newest.t")
+    until(lambda: browser.eval("Math.max(...Array.from(sonardPage.rows.values(), (r) => r.t))") > newest + 1, "pings behind it")
+    check(browser.eval("sonardPage.view.newest.t") == newest, "it goes on")
+    browser.do("press", selector="#freeze", key="Enter")
+    until(lambda: browser.text("#link") == "live" and browser.eval("sonardPage.view.newest.t") > newest, "it to go on")
+    browser.do("press", selector="#measure", key="Enter")
+    until(lambda: any(n["role"] == "application" and n["name"].startswith("Measure") for n in browser.do("tree")), "what the keys do")
+    check(browser.do("faults") == [], browser.do("faults"))
+
+
+def tuned(bench):
+    """The console: palette and contrast change the picture, range, gain and mode the head, with the token alone."""
+    _, client, _, browser = begun(bench, pings=30)
+    os.mkdir(bench.path("sonard.conf.d"))
+    token = bench.write("token", "a-token-for-the-tests")
+    os.chmod(token, 0o600)
+    web = Web(bench, "--settings", bench.path("sonard.conf.d/web.conf"), "--token", token)
+    browser.do("open", url="http://127.0.0.1:%d/" % web.port, width=1280, height=860)
+    until(lambda: browser.text("#link") == "live" and browser.eval("sonardPage.rows.size") > 20, "a live page")
+    browser.do("click", selector="#console summary")
+    until(lambda: browser.eval("!document.querySelector('#head').disabled"), "the head's settings")
+    tuning = lambda: next(s["tuning"] for s in client.call("sensors")["sensors"])
+    check(browser.eval("document.querySelector('#head-range').value") == "%g" % tuning()["range_m"], "another range than the head's")
+    browser.do("choose", selector="#head-range", value="5")
+    until(lambda: "token" in browser.text("#head-said") and browser.eval(FOCUSED) == "token", "what is missing")
+    check(tuning()["range_m"] != 5, "it was set without the token")
+    browser.eval("document.querySelector('#token').value = 'a-token-for-the-tests'")
+    choices = (("range", "5", lambda t: t["range_m"] == 5), ("gain", "2", lambda t: t["gain"] == 2), ("gain", "-1", lambda t: t["gain"] is None),
+               ("mode", "request", lambda t: t["mode"] == "request"), ("range", "20", lambda t: t["range_m"] == 20))
+    for key, value, done in choices:
+        browser.eval("document.activeElement.blur()")
+        browser.do("choose", selector="#head-" + key, value=value)
+        until(lambda: done(tuning()), "%s = %s: %s" % (key, value, browser.text("#head-said")))
+        until(lambda: browser.text("#head-said").startswith("Applied: [sonar "), "that it was applied: " + browser.text("#head-said"))
+    until(lambda: abs(client.sensor()["range_m"] - 20) < 0.5, "pings of the new range")
+    colour = lambda: browser.eval("[1, 60, 200].map((i) => Array.from(sonardPage.painter.table.slice(3 * i, 3 * i + 3)))")
+    own = colour()
+    browser.do("choose", selector="#palette", value="grey")
+    grey = colour()
+    check(all(len(set(c)) == 1 for c in grey) and grey[0] < grey[1] < grey[2], "grey is %s" % grey)
+    browser.eval("document.querySelector('#contrast').focus()")
+    for _ in range(2):
+        browser.do("key", key="ArrowRight")
+    sharp = colour()
+    check(browser.text("#contrast-said") == "+1" and sharp[2][0] - sharp[1][0] > grey[2][0] - grey[1][0] and sharp[0][0] <= grey[0][0], "%s, but %s" % (sharp, grey))
+    browser.do("choose", selector="#palette", value="page")
+    browser.eval("(() => { const c = document.querySelector('#contrast'); c.value = 0; c.dispatchEvent(new Event('input')); })()")
+    check(colour() == own, "not as before")
+    for _ in range(3):
+        browser.do("click", selector="#theme")
+        night = browser.text("#theme") == "Night"
+        browser.do("choose", selector="#palette", value="grey")
+        check(not night or all(r > g for r, g, _ in colour()[1:]), "the night palette is not red: %s" % colour())
+    check(browser.do("faults") == [], browser.do("faults"))
+
+
 def looks_back(bench):
     """A capture in the page: the slider shows what was known at any time of it, and says that this is not now."""
     bench.sim()
@@ -476,7 +572,8 @@ def hidden(bench):
 
 
 def looks(bench):
-    """On a phone nothing is cut off; the pictures of the guide."""
+    """On a phone, upright and lying, nothing is cut off; the pictures of the guide, and others to be looked at: by night,
+    without colours, with the console."""
     bench.sim(scene="harbour")
     bench.conf(sonar={"range": "20 m"}, vehicle={"near": "1 m"}, map={"voxel": "0.2 m", "memory": "32 MiB"}, extract={"no_echo": "minimum"})
     client = bench.sonard().client()
@@ -489,7 +586,7 @@ def looks(bench):
         time.sleep(0.1)
     url = "http://127.0.0.1:%d/" % web.port
     for name, width, height, scale, theme in (("web", 1280, 860, 1, "dark"), ("web-light", 1280, 860, 1, "light"), ("web-phone", 390, 844, 2, "light"),
-                                              ("web-phone-dark", 390, 844, 2, "dark")):
+                                              ("web-phone-dark", 390, 844, 2, "dark"), ("web-phone-lying", 844, 390, 2, "dark")):
         browser.do("open", url=url, width=width, height=height, scale=scale, theme=theme)
         shown = 0
         while shown < 60 and not browser.eval("sonardPage.rows.size > 190 && sonardPage.fresh()"):
@@ -510,6 +607,21 @@ def looks(bench):
         if SHOTS:
             browser.do("shot", path=os.path.join(SHOTS, name + ".jpg"))
     browser.do("open", url=url, width=1280, height=860, theme="dark")
+    browser.do("click", selector="#console summary")
+    for _ in range(30):
+        client.call("pose", attitude_deg=[0, 0, 0], position_m=[0, 0, 2])
+        time.sleep(0.1)
+    check(browser.eval("document.querySelector('#head-range').value") == "20", "no console")
+    looks = (("web-console", ""), ("web-console-amber", "const p = document.querySelector('#palette'); p.value = 'amber'; p.dispatchEvent(new Event('change'))"),
+             ("web-grey", "document.documentElement.style.filter = 'grayscale(1)'"),
+             ("web-night", "document.documentElement.style.filter = ''; const t = document.querySelector('#theme'); t.click(); t.click()"))
+    for name, does in looks:
+        browser.eval("(() => { %s })()" % does)
+        client.call("pose", attitude_deg=[0, 0, 0], position_m=[0, 0, 2])
+        time.sleep(0.3)
+        if SHOTS:
+            browser.do("shot", path=os.path.join(SHOTS, name + ".jpg"))
+    browser.do("open", url=url, width=1280, height=860, theme="dark")
     browser.do("click", selector="#tab-map")
     for _ in range(30):
         client.call("pose", attitude_deg=[0, 0, 0], position_m=[0, 0, 2])
@@ -522,4 +634,4 @@ def looks(bench):
     check(browser.do("faults") == [], browser.do("faults"))
 
 
-run([("web_page_" + f.__name__, f) for f in (drawn, why, recovers, warns, heading, for_pilot, settings, looks_back, jumps, hidden, looks)])
+run([("web_page_" + f.__name__, f) for f in (drawn, why, recovers, warns, heading, for_pilot, settings, by_keyboard, tuned, looks_back, jumps, hidden, looks)])

@@ -178,7 +178,7 @@ class Page:
 
 
 def rows_of(message):
-    """What web_rows.h writes: (sensor, Unix time, rows)."""
+    """What view_rows.h writes: (sensor, Unix time, rows)."""
     kind, name, n, t_unix = struct.unpack_from("<BBHd", message, 0)
     check(kind == 1, "another kind of message")
     at = 12 + name

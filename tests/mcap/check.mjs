@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Reads captures with @mcap/core, a reader that shares no code with ours: as a stream with all checksums, and through
 // the summary and its indexes. A point cloud (an exported map) is decoded by its own fields, and held against the .ply of
-// the same name beside it, point by point. One line per file: ok NAME: ..., or FAIL NAME: why.
+// the same name beside it, point by point; what has a schema for Protocol Buffers or ROS 2 by that (decode.mjs). One line per file: ok NAME: ..., or FAIL NAME: why.
 import { createRequire } from "node:module";
 import { existsSync, readFileSync } from "node:fs";
+import { decodeAll } from "./decode.mjs";
 
 const require = createRequire(process.env.MCAP_MODULES + "/");
 const { McapIndexedReader, McapStreamReader } = require("@mcap/core");
@@ -84,7 +85,7 @@ function plyPoints(path) {
 function checkCloud(path, reader, messages) {
   const clouds = messages.filter((m) => {
     const schema = reader.schemasById.get(reader.channelsById.get(m.channelId).schemaId);
-    return schema?.name === "foxglove.PointCloud";
+    return schema?.name === "foxglove.PointCloud" && schema.encoding === "jsonschema";
   });
   let count = 0;
   for (const message of clouds) {
@@ -117,6 +118,8 @@ for (const path of process.argv.slice(2)) {
     const points = checkCloud(path, reader, messages);
     const parts = [`${messages.length} messages`, `${seen.Chunk} chunks`, `${seen.Attachment} attachments`];
     if (points) parts.push(`${points} points`);
+    const decoded = decodeAll(reader, messages);
+    if (decoded) parts.push(`${decoded} decoded`);
     console.log(`ok mcap_core ${name}: ${parts.join(", ")}`);
   } catch (error) {
     console.log(`FAIL mcap_core ${name}: ${error.message}`);

@@ -6,9 +6,9 @@
  *   pilot_runs [DRIVES [SEED [FOLDER]]]   a line per drive, and tables; with a folder an SVG of the first 72 drives and
  *                                         of every collision
  *
- * PILOT_SETUP=number leaves out the other setups (enum pilot_setup), PILOT_CONF=text is added to the configuration,
- * PILOT_ONLY=number drives one, PILOT_TRACE=1 shows each answer, PILOT_ASK='SECONDS {"jsonrpc":"2.0",...}' asks that
- * then, too. The status is 1 when there was a collision.
+ * PILOT_SETUP=number leaves out the other setups (enum pilot_setup), PILOT_NAV and PILOT_SONAR likewise the other poses
+ * and sonars. PILOT_CONF=text is added to the configuration, PILOT_ONLY=number drives one, PILOT_TRACE=1 shows each
+ * answer, PILOT_ASK='SECONDS {"jsonrpc":"2.0",...}' asks that then, too. The status is 1 when there was a collision.
  */
 #include <stdlib.h>
 #include <string.h>
@@ -76,18 +76,25 @@ static void draw(const char *folder, unsigned number, const struct pilot_case *c
         perror(path);
 }
 
+/* Is it asked for by that variable, or nothing? */
+static bool wanted(const char *variable, unsigned number)
+{
+    const char *only = getenv(variable);
+    return !only || strtoul(only, NULL, 10) == number;
+}
+
 int main(int argc, char **argv)
 {
     static struct pilot_track track;
     const unsigned drives = argc > 1 ? (unsigned)atoi(argv[1]) : DRAWN;
     const uint64_t seed = argc > 2 ? strtoull(argv[2], NULL, 10) : 20260101;
-    const char *setup = getenv("PILOT_SETUP"), *only = getenv("PILOT_ONLY"), *question = getenv("PILOT_ASK");
+    const char *only = getenv("PILOT_ONLY"), *question = getenv("PILOT_ASK");
 
     for (unsigned i = only ? (unsigned)atoi(only) : 0; i < drives; i++) {
         struct pilot_case c;
         struct pilot_result r;
         pilot_draw_case(seed, i, &c);
-        if (setup && (int)c.setup != atoi(setup))
+        if (!wanted("PILOT_SETUP", c.setup) || !wanted("PILOT_NAV", c.nav) || !wanted("PILOT_SONAR", c.sonar))
             continue;
         c.conf = getenv("PILOT_CONF");
         c.trace = getenv("PILOT_TRACE") != NULL;

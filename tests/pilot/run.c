@@ -10,6 +10,8 @@
 #include "core/fault.h"
 #include "daemon/methods/environment.h"
 #include "daemon/wiring.h"
+#include "head.h"
+#include "rover.h"
 
 #define SECOND       1000000000u
 #define TICK_NS      20000000u  /* of the vehicle's motion */
@@ -23,6 +25,9 @@
 #define ROOM_LEAST_M 0.45
 #define MARGIN_M     0.35 /* as configured, and a little */
 #define RING_DOWN_M  1.0  /* nothing is heard nearer */
+#define CURRENT_MPS  0.08 /* as configured where nothing tells the speed */
+#define CURRENT      "0.08 m/s"
+#define STEP_RAD     (GEO_TURN / 200) /* of a head that is steered, as of the others */
 
 const char *const pilot_nav_name[PILOT_NAVS] = {"position", "velocity", "attitude"};
 const char *const pilot_setup_name[PILOT_SETUPS] = {"bare", "near", "near and level"};
@@ -38,6 +43,8 @@ struct drive {
     struct methods_env *d;
     struct pilot_world world;
     struct pilot_vehicle v;
+    struct rover rover; /* with attitude alone it is one */
+    struct pilot_head head;
     struct pilot_instruments instruments;
     struct dice dice;
     double route_m[PILOT_ROUTE_MAX][2];
@@ -74,7 +81,8 @@ static bool start(struct methods_env *d, const struct pilot_case *c)
     const int near = c->setup == PILOT_BARE || near_m <= 0
                          ? 0
                          : snprintf(text + n, sizeof text - (size_t)n, "near = %.2f m\n", near_m);
-    snprintf(text + n + near, sizeof text - (size_t)(n + near), "%s%s",
+    snprintf(text + n + near, sizeof text - (size_t)(n + near), "%s%s%s",
+             c->nav == PILOT_ATTITUDE ? "current = " CURRENT "\n" : "",
              c->setup == PILOT_LEVEL ? "[grid]\nelevation = level\n" : "", c->conf ? c->conf : "");
     if (conf_load_text(&d->conf, &source, &(struct conf_text){"pilot", text, strlen(text)}, NULL, tell_fault,
                        NULL) != 0)
@@ -156,6 +164,15 @@ static void look_for_divers(struct drive *r, const struct pilot_shot *shot)
     }
 }
 
+/* A head that may be steered is sent to its next bearing. */
+static void aim(struct drive *r, uint64_t t_ns, struct pilot_shot *shot)
+{
+    pilot_head_ping(&r->head, t_ns, &shot->head_units, &shot->new_turn);
+    shot->head_units *= pilot_sonar_turn_units(r->c->sonar) / PING360_TURN;
+    shot->range_m = r->d->conf.sonar[0].range_m;
+    shot->aimed = true;
+}
+
 static void hear(struct drive *r, uint64_t t_ns, double t_s)
 {
     struct pilot_shot shot = {.world = &r->world,
@@ -165,6 +182,8 @@ static void hear(struct drive *r, uint64_t t_ns, double t_s)
                               .t_s = t_s,
                               .number = ++r->pings,
                               .stray = r->c->fault == PILOT_STRAY ? STRAY : 0};
+    if (r->d->plan.steered & 1)
+        aim(r, t_ns, &shot);
     if (at_fault(r, PILOT_NO_SONAR, t_s, SILENT_S) ||
         (r->c->fault == PILOT_NO_PINGS && dice_uniform(&r->dice) < LOST))
         return;
@@ -175,6 +194,25 @@ static void hear(struct drive *r, uint64_t t_ns, double t_s)
     look_for_divers(r, &shot);
     pose_log_at(&r->d->poses, t_ns, &ping->pose);
     pipeline_submit(r->d->pipeline, ping);
+}
+
+/* Of a rover the autopilot says what its thrusters do. */
+static void go(struct drive *r, uint64_t t_ns, double t_s)
+{
+    double ground_mps[3];
+    if (r->c->nav != PILOT_ATTITUDE) {
+        pilot_vehicle_move(&r->v, knows_speed(r, t_s), TICK_NS * 1e-9);
+        return;
+    }
+    if (rover_step(&r->rover, r->v.command_mps, r->v.wanted_rad, TICK_NS * 1e-9) &&
+        !at_fault(r, PILOT_NO_POSES, t_s, NO_POSE_S)) {
+        pose_log_bound(&r->d->poses, t_ns, r->rover.mps);
+        push_put(&r->d->push, t_ns, r->rover.push_n);
+    }
+    rov_velocity(&r->rover.rov, ground_mps);
+    memcpy(r->v.velocity_mps, ground_mps, sizeof r->v.velocity_mps);
+    memcpy(r->v.place_m, r->rover.rov.place_m, sizeof r->v.place_m);
+    r->v.heading_rad = geo_wrap(rover_heading(&r->rover));
 }
 
 /* What the daemon answers to a line; for the caller to free. */
@@ -360,13 +398,14 @@ static void run(struct drive *r)
 {
     const uint64_t from_ns = 100ull * SECOND;
     const double go_s = begin_s(r->c), limit_s = r->c->limit_s > 0 ? r->c->limit_s : MOST * r->result->known_s;
-    uint64_t next_pose = from_ns, next_ping = from_ns + SECOND / 4, next_ask = from_ns + (uint64_t)(go_s * 1e9);
+    uint64_t next_pose = from_ns, next_ping = from_ns + SECOND / 4, next_ask = from_ns + (uint64_t)(go_s * 1e9),
+             next_look = from_ns + ACTIVE_SENSING_TICK_NS;
     r->fault_s = go_s + FAULT_S * dice_uniform(&r->dice);
     for (uint64_t t = from_ns; !r->result->arrived; t += TICK_NS) {
         const double t_s = (double)(t - from_ns) * 1e-9;
         loop_advance(r->d->loop, t);
         fail(r, t_s);
-        pilot_vehicle_move(&r->v, knows_speed(r, t_s), TICK_NS * 1e-9);
+        go(r, t, t_s);
         watch(r, t_s);
         if (t_s > go_s + limit_s || r->result->touched_mps >= 0)
             break;
@@ -374,6 +413,8 @@ static void run(struct drive *r)
             tell_pose(r, next_pose, t_s);
         for (; next_ping <= t; next_ping += pilot_sonar_period_ns(r->c->sonar))
             hear(r, t, t_s);
+        for (; next_look <= t; next_look += ACTIVE_SENSING_TICK_NS)
+            pilot_head_steer(&r->head, r->d, t);
         if (t >= next_ask) {
             fly(r, t_s);
             next_ask += ASK_NS;
@@ -412,6 +453,9 @@ bool pilot_run(const struct pilot_case *c, struct pilot_result *result, struct p
     r->v.current_mps[1] = c->current_mps * sin(to);
     const bool drives = r->corners > 0 && start(d, c);
     if (drives) {
+        pilot_head_start(&r->head, STEP_RAD);
+        if (c->nav == PILOT_ATTITUDE)
+            rover_start(&r->rover, c->seed, r->v.current_mps, CURRENT_MPS);
         result->known_s = known_time_s(r);
         run(r);
         for (int i = 0; i < 3; i++)

@@ -5,7 +5,8 @@
  * methods as a client does, and never goes faster than `limit` says.
  *
  * Where the vehicle's poses carry a velocity it steers over ground, else through the water. Its heading is kept by a
- * compass.
+ * compass. With attitude and depth alone it is a BlueROV2 in six degrees of freedom (rover.h): its thrusters bound its
+ * speed, `current` is promised, and a head looks where they push (`scan = auto`).
  */
 #ifndef SONARD_PILOT_RUN_H
 #define SONARD_PILOT_RUN_H
@@ -16,7 +17,7 @@
 enum pilot_nav {
     PILOT_POSITION, /* position, velocity, attitude, depth */
     PILOT_VELOCITY, /* velocity, attitude, depth */
-    PILOT_ATTITUDE, /* attitude, depth */
+    PILOT_ATTITUDE, /* attitude, depth, and the bound of the speed that sonard-mavlink has from the thrusters */
     PILOT_NAVS,
 };
 

@@ -92,6 +92,11 @@ double pilot_sonar_turn_s(enum pilot_sonar sonar)
     return (kinds[sonar].step_deg > 0 ? 360 / kinds[sonar].step_deg : 1) * (double)kinds[sonar].period_ns * 1e-9;
 }
 
+uint32_t pilot_sonar_turn_units(enum pilot_sonar sonar)
+{
+    return kinds[sonar].turn;
+}
+
 #define STRAY_COUNT  200
 #define STRAY_COUNTS 6 /* samples: a pulse as long as its own */
 
@@ -200,7 +205,9 @@ bool pilot_sonar_points_at(enum pilot_sonar sonar, const struct pilot_shot *shot
     const double north_m = at_m[0] - from.place_m[0], east_m = at_m[1] - from.place_m[1];
     const double half_rad = asin(fmin(1, radius_m / hypot(north_m, east_m)));
     const uint32_t steps = kinds[sonar].turn ? kinds[sonar].turn / kinds[sonar].units : 1;
-    const double axis_rad = shot->heading_rad + shot->number % steps * GEO_TURN / steps;
+    const double turned =
+        shot->aimed ? shot->head_units / (double)kinds[sonar].turn : shot->number % steps / (double)steps;
+    const double axis_rad = shot->heading_rad + turned * GEO_TURN;
     const double wide_deg = fmax(kinds[sonar].wide_deg, kinds[sonar].columns * kinds[sonar].column_deg);
     return fabs(geo_wrap_pi(atan2(east_m, north_m) - axis_rad)) < geo_rad(wide_deg) / 2 + half_rad;
 }

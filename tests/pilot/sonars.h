@@ -27,6 +27,9 @@ double pilot_sonar_near_m(enum pilot_sonar sonar);
 uint64_t pilot_sonar_period_ns(enum pilot_sonar sonar);
 double pilot_sonar_turn_s(enum pilot_sonar sonar);
 
+/** pilot_sonar_turn_units - of a head's turn. */
+uint32_t pilot_sonar_turn_units(enum pilot_sonar sonar);
+
 /* A ping: in which world, when, from where. */
 struct pilot_shot {
     const struct pilot_world *world;

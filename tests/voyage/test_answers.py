@@ -153,7 +153,7 @@ def attitude_alone(bench):
     states = {s["state"] for s in client.call("sectors", distance_m=2)["sectors"]}
     check("clear" not in states, "clear: %s" % states)
     status = client.call("status")
-    check(status["pose"]["drift"].startswith("no position and no depth: "), str(status["pose"]))
+    check(status["pose"]["drift"].startswith("no position and no depth: ") and status["pose"]["position_m"] is None, str(status["pose"]))
     shown = bench.run(SONARCTL, "--socket", bench.socket_path, "status").stdout
     check("\n             " + status["pose"]["drift"] + "\n" in shown, shown)
     ring = bench.run(SONARCTL, "--socket", bench.socket_path, "sectors", "--distance", "6").stdout
@@ -273,7 +273,7 @@ def above_the_bottom(bench):
     at = trip.moments()
     client = at(low_s)
     pose = client.call("status")["pose"]
-    check("altitude" in pose["has"] and 0.9 < pose["altitude_m"] <= 1, "status: %s" % pose)
+    check("altitude" in pose["has"] and 0.9 < pose["altitude_m"] <= 1 and pose["position_m"] == STILL["position_m"], "status: %s" % pose)
     low = client.call("blocked", azimuth_deg=0, distance_m=8)
     check(low["state"] == "unknown" and 2 < low["free_to_m"] < 1 / math.sin(math.radians(7.5)), "1 m above it: %s" % low)
     check(low["reason"].startswith("the bottom may begin there, by the altitude of "), "1 m above it: %s" % low)

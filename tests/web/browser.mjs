@@ -27,6 +27,15 @@ const does = {
   click: ({ selector }) => page.click(selector),
   choose: ({ selector, value }) => page.selectOption(selector, value),
   press: ({ selector, key }) => page.press(selector, key),
+  key: ({ key }) => page.keyboard.press(key),
+  // What a screen reader is told: [{role, name, value, focusable}] of all that is not ignored.
+  async tree() {
+    const session = await page.context().newCDPSession(page);
+    const { nodes } = await session.send("Accessibility.getFullAXTree");
+    await session.detach();
+    const has = (n, name) => (n.properties || []).some((p) => p.name === name && p.value.value === true);
+    return nodes.filter((n) => !n.ignored).map((n) => ({ role: n.role && n.role.value, name: n.name && n.name.value, value: n.value && n.value.value, focusable: has(n, "focusable") }));
+  },
   async at({ x, y }) {
     const box = await page.locator("#canvas").boundingBox();
     await page.mouse.click(box.x + x * box.width, box.y + y * box.height);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The page: the picture, what is said around it, and what a person does.
+import * as tuner from "./console.js";
 import { Painter } from "./draw.js";
 import { PAST_S, ask, connect, daemonNow, hasEnded, hasMap, past, rows, state, track, watch } from "./live.js";
 import { measure, measureKey, setPoint, switchMeasure } from "./measure.js";
@@ -9,13 +10,12 @@ import { fresh, headingNow, judged, poseShown, sectorsNow, shown, shownAt, turnN
 import { showWhy } from "./why.js";
 import * as words from "./words.js";
 
-const LATE_MS = 2000; // an answer to a change that takes longer is doubted
 const $ = (id) => document.getElementById(id);
 const painter = new Painter($("canvas"));
 
 function wanted() {
   if (document.hidden && !pilot.sound.on) return [];
-  const list = [{ method: "status" }, { method: "stats" }, { method: "plan" }, { method: "map" }];
+  const list = [{ method: "status" }, { method: "stats" }, { method: "plan" }, { method: "map" }, ...tuner.questions()];
   if (view.tab === "pilot" || pilot.sound.on) list.push(...pilot.questions());
   const distance = $("distance").value; // empty: as the daemon has it by itself
   list.push({ method: "sectors", params: distance === "" ? {} : { distance_m: parseFloat(distance) } });
@@ -60,7 +60,15 @@ function newRows(came) {
 }
 
 function lookBack(seconds) {
-  view.back = seconds > 0 ? daemonNow() - seconds : null;
+  lookAt(seconds > 0 ? daemonNow() - seconds : null);
+}
+
+// The picture stands still while all goes on: it is of the past then, and says so.
+const freeze = () => lookAt(view.back === null ? daemonNow() : null);
+
+// back: a time; null: now.
+function lookAt(back) {
+  view.back = back;
   view.rows = rows;
   if (view.back !== null) {
     view.rows = new Map();
@@ -121,6 +129,9 @@ function showHead() {
   const s = state.status, chip = $("link"), good = fresh();
   chip.className = "chip " + (good && view.back === null ? "good" : "bad");
   chip.textContent = view.back !== null ? `looking back ${words.seconds(daemonNow() - view.back)}` : good ? "live" : !state.connected ? "no connection" : state.link && state.link.fault ? "daemon lost" : "waiting";
+  const said = view.back !== null ? "looking back: this is not now" : chip.textContent;
+  if ($("link-said").textContent !== said) $("link-said").textContent = said; // once, not at every change of a number
+  $("freeze").setAttribute("aria-pressed", String(view.back !== null));
   $("mode").hidden = !s || s.mode === "live";
   $("mode").textContent = !s ? "" : s.mode === "replay" && s.replay && s.replay.paused ? "replay, paused" : s.mode;
   $("clock").textContent = s ? new Date(s.t_unix * 1000).toISOString().slice(0, 19).replace("T", " ") + " UTC" : "";
@@ -180,6 +191,18 @@ function showMapBar() {
   $("depth-said").textContent = words.metres(state.slice.depth_m);
 }
 
+// For a screen reader: a slider of the direction that is asked about; the map is a picture; measuring has keys of its own.
+function showCanvas() {
+  const canvas = $("canvas"), ring = view.tab !== "map" && !measure.on, azimuth = view.selected ?? 0;
+  const set = (name, value) => { if (canvas.getAttribute(name) !== value) canvas.setAttribute(name, value); };
+  set("role", measure.on ? "application" : ring ? "slider" : "img");
+  set("aria-label", measure.on ? "Measure: arrow keys move the point, Enter sets it" : view.tab === "map" ? "Map around the vehicle"
+    : "Ring of sectors: " + Array.from(document.querySelectorAll(".tile")).map((t) => Array.from(t.children, (e) => e.textContent).join(" ")).join("; "));
+  if (!ring) return ["aria-valuenow", "aria-valuetext"].forEach((name) => canvas.removeAttribute(name));
+  set("aria-valuenow", String(azimuth));
+  set("aria-valuetext", `${words.direction(azimuth)}: ${words.inWords(fresh() ? words.summary(sectorsNow(), azimuth, 7.5) : null)}`);
+}
+
 let saidAt = 0, showDue = false;
 function show() {
   if (showDue) return;
@@ -192,6 +215,7 @@ function show() {
     showTiles();
     showTarget();
     showSonars();
+    tuner.showConsole();
     showVehicle();
     showCaption();
     showWhy();
@@ -201,25 +225,12 @@ function show() {
     showBack();
     showReplay();
     showMapBar();
-    const canvas = $("canvas");
-    canvas.setAttribute("aria-label", view.tab === "map" ? "Map around the vehicle"
-      : "Ring of sectors: " + Array.from(document.querySelectorAll(".tile")).map((t) => t.textContent.trim()).join("; "));
+    showCanvas();
     draw();
   }, Math.max(0, 200 - (performance.now() - saidAt)));
 }
 
 // ---- what a person does ----
-
-async function applySetting() {
-  const said = $("setting-said");
-  said.textContent = "…";
-  const late = setTimeout(() => { said.textContent = "No answer yet: it is not known whether this was taken."; }, LATE_MS);
-  const answer = await ask("settings", { text: $("setting").value.trim(), token: $("token").value });
-  clearTimeout(late);
-  said.textContent = answer.lost ? "The connection to sonard-web was lost: it is not known whether this was taken. Apply it again."
-    : answer.error ? answer.error.message
-    : answer.result.applied.length ? `Applied: ${answer.result.applied.join("; ")}` : "Nothing changed: it was so already, or the daemon does not read this file.";
-}
 
 // Begin a recording, or end it.
 async function recordOrStop() {
@@ -283,11 +294,26 @@ function savePicture() {
   });
 }
 
+// As a list of tabs has it: arrow keys go round, Home and End to its ends.
+function tabKey(event) {
+  const tabs = Array.from(document.querySelectorAll("[role=tab]")), at = tabs.indexOf(event.target);
+  const to = { ArrowRight: at + 1, ArrowLeft: at - 1, Home: 0, End: tabs.length - 1 }[event.key];
+  if (to === undefined) return;
+  const tab = tabs[(to + tabs.length) % tabs.length];
+  tab.focus();
+  tab.click();
+  event.preventDefault();
+}
+
 function setTab(tab) {
   if (tab !== "sonar" && view.back !== null) lookBack(0);
   view.tab = tab;
   switchMeasure(false);
-  for (const t of ["pilot", "sonar", "map"]) $("tab-" + t).setAttribute("aria-selected", String(t === tab));
+  for (const t of ["pilot", "sonar", "map"]) {
+    $("tab-" + t).setAttribute("aria-selected", String(t === tab));
+    $("tab-" + t).tabIndex = t === tab ? 0 : -1;
+  }
+  $("stage").setAttribute("aria-labelledby", "tab-" + tab);
   for (const e of document.querySelectorAll("[data-for]")) e.hidden = !e.dataset.for.split(" ").includes(tab);
   state.slice = null;
   watch();
@@ -299,7 +325,13 @@ const THEMES = ["dark", "light", "night"];
 function setTheme(theme) {
   document.documentElement.dataset.theme = theme;
   $("theme").textContent = words.sentence(theme).slice(0, -1);
-  painter.restyle();
+  $("theme").setAttribute("aria-label", `Theme: ${$("theme").textContent}`);
+  recolour();
+}
+
+function recolour() {
+  painter.restyle(view);
+  tuner.showPalette();
   repaint();
   draw();
 }
@@ -317,10 +349,12 @@ $("canvas").addEventListener("keydown", (event) => {
   else if (event.key === "ArrowLeft" || event.key === "ArrowRight") select((view.selected ?? 0) + (event.key === "ArrowLeft" ? -step : step));
   else if (event.key === "Enter" || event.key === " ") select(view.selected ?? 0);
   else if (event.key === "+" || event.key === "-") zoomBy(event.key === "+");
+  else if (event.key === "f" && !event.ctrlKey && view.tab === "sonar") freeze();
   else return;
   event.preventDefault();
   draw();
 });
+document.querySelector("[role=tablist]").addEventListener("keydown", tabKey);
 $("tab-pilot").addEventListener("click", () => setTab("pilot"));
 $("north-up").addEventListener("click", () => {
   view.northUp = !view.northUp;
@@ -340,7 +374,7 @@ $("sensor").addEventListener("change", () => { view.sensor = $("sensor").value; 
 $("size").addEventListener("change", watch);
 $("follow").addEventListener("change", () => { $("depth").disabled = $("follow").checked; watch(); });
 $("depth").addEventListener("change", watch);
-$("settings").querySelector("form").addEventListener("submit", (event) => { event.preventDefault(); applySetting(); });
+$("settings").querySelector("form").addEventListener("submit", (event) => { event.preventDefault(); tuner.applySetting($("setting").value.trim(), $("setting-said")); });
 $("back").addEventListener("input", () => lookBack(-parseFloat($("back").value)));
 $("play").addEventListener("click", playOrPause);
 $("at").addEventListener("input", () => { view.dragging = true; show(); });
@@ -351,6 +385,7 @@ document.addEventListener("visibilitychange", watch);
 window.addEventListener("resize", draw);
 setInterval(() => { if (!document.hidden || pilot.sound.on) { repaint(); show(); } }, 1000);
 
+tuner.beginConsole({ repaint: recolour, freeze, watch });
 setTheme(matchMedia("(prefers-color-scheme: light)").matches ? "light" : "dark");
 if (location.hash === "#pilot") setTab("pilot");
 connect({ wanted, news: show, newRows, forgotten });

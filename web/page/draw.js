@@ -23,15 +23,16 @@ export class Painter {
     this.turn = 0; // of the picture, clockwise in degrees: where the bow points on the screen
     this.frame = { x: 0, y: 0, scale: 1, turn: 0 }; // where the picture's origin is, and how many pixels a metre has
     this.scaleAt = 0; // direction of the scale's labels
-    this.restyle();
+    this.restyle({ palette: "page", contrast: 0 });
   }
 
-  restyle() {
+  // look: {palette, contrast} of the image.
+  restyle(look) {
     const style = getComputedStyle(document.documentElement);
     this.colour = {};
     for (const name of ["ground", "panel", "line", "text", "muted", "accent", "blocked", "clear", "unknown", "disc", "echo", "echo-edge", "warn"])
       this.colour[name] = style.getPropertyValue("--" + name).trim();
-    this.table = palette(document.documentElement.dataset.theme);
+    this.table = palette(document.documentElement.dataset.theme, look);
     const tile = document.createElement("canvas"), t = tile.getContext("2d");
     tile.width = tile.height = 8;
     t.strokeStyle = this.colour.unknown;

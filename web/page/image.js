@@ -3,16 +3,32 @@
 
 const TAU = 2 * Math.PI;
 const SLOTS = 720; // directions of the image, half a degree each
+// From quiet to loud, by theme; grey and amber are light on dark ground and dark on light ground.
 const PALETTES = {
-  dark: [[7, 12, 16], [23, 69, 107], [95, 128, 135], [201, 182, 96], [255, 243, 176]],
-  night: [[6, 0, 0], [56, 8, 4], [112, 20, 10], [190, 48, 24], [255, 110, 70]],
-  light: [[255, 255, 255], [201, 220, 234], [123, 166, 198], [42, 95, 142], [4, 32, 63]],
+  dark: { page: [[7, 12, 16], [23, 69, 107], [95, 128, 135], [201, 182, 96], [255, 243, 176]], grey: [[10, 10, 10], [255, 255, 255]], amber: [[12, 6, 2], [96, 44, 8], [190, 104, 20], [244, 180, 70], [255, 244, 206]] },
+  night: { page: [[6, 0, 0], [56, 8, 4], [112, 20, 10], [190, 48, 24], [255, 110, 70]] },
+  light: { page: [[255, 255, 255], [201, 220, 234], [123, 166, 198], [42, 95, 142], [4, 32, 63]], grey: [[255, 255, 255], [0, 0, 0]], amber: [[255, 253, 246], [250, 210, 140], [206, 122, 30], [110, 52, 8], [30, 12, 0]] },
 };
+const PIVOT = 0.3; // what keeps its colour whatever the contrast is
 
-export function palette(theme) {
-  const stops = PALETTES[theme], table = new Uint8Array(256 * 3);
+// The night palette stays red, whatever is chosen: eyes are used to the dark.
+const stopsOf = (theme, chosen) => PALETTES[theme][chosen] || PALETTES[theme].page;
+
+// A share of full scale to a place between the first colour and the last; contrast: each step doubles the difference.
+function shadeOf(share, contrast) {
+  return Math.min(1, Math.max(0, PIVOT + (Math.pow(share, 0.7) - PIVOT) * Math.pow(2, contrast)));
+}
+
+// For the style sheet, as the picture has it. look: {palette, contrast}.
+export function gradient(theme, look) {
+  const table = palette(theme, look);
+  return `linear-gradient(90deg, ${Array.from({ length: 9 }, (_, k) => `rgb(${table.slice(3 * Math.round(k * 31.875), 3 * Math.round(k * 31.875) + 3).join()})`).join(", ")})`;
+}
+
+export function palette(theme, look) {
+  const stops = stopsOf(theme, look.palette), table = new Uint8Array(256 * 3);
   for (let i = 0; i < 256; i++) {
-    const at = Math.pow(i / 255, 0.7) * (stops.length - 1), k = Math.min(stops.length - 2, Math.floor(at));
+    const at = shadeOf(i / 255, look.contrast) * (stops.length - 1), k = Math.min(stops.length - 2, Math.floor(at));
     for (let c = 0; c < 3; c++) table[3 * i + c] = stops[k][c] + (at - k) * (stops[k + 1][c] - stops[k][c]);
   }
   return table;

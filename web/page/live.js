@@ -6,7 +6,7 @@ export const STALE_MS = 2500; // sectors older than this are not shown
 const TRACK_MAX = 2000;
 
 // What the daemon said last; null: not known.
-export const state = { link: null, status: null, sectors: null, stats: null, plan: null, slice: null, map: null, connected: false, sectorsAt: 0 };
+export const state = { link: null, status: null, sensors: null, sectors: null, stats: null, plan: null, slice: null, map: null, connected: false, sectorsAt: 0 };
 const answers = new Map(); // method -> {result or error, at}: of methods that are not in state
 export const rows = new Map(); // azimuth in hundredths of a degree -> newest row of the image
 export const rates = new Map();
@@ -33,7 +33,7 @@ export function watch() {
 }
 
 function forget() {
-  state.status = state.sectors = state.stats = state.plan = state.slice = state.map = null;
+  state.status = state.sensors = state.sectors = state.stats = state.plan = state.slice = state.map = null;
   before = null;
   clock.unix = 0;
   rates.clear();
@@ -152,7 +152,7 @@ function dropOldRows() {
   past.bytes = bytes;
 }
 
-// As web_rows.h has them.
+// As view_rows.h has them.
 function takeRows(buffer) {
   const data = new DataView(buffer), name = data.getUint8(1), n = data.getUint16(2, true), came = [];
   const now = data.getFloat64(4, true);

@@ -89,7 +89,7 @@ export function showVehicle() {
     if (p.drift && p.speed_bound.state === "used") list.push(["drift", p.drift]);
     if (p.jumps) list.push(["pose jumps", String(p.jumps)]);
     if (s.leak) list.push(["leak probe", s.leak.state]);
-    if (s.record) list.push(["recording", s.record.recording ? `${s.record.messages} messages` : s.record.paused ? "ready" : "off"]);
+    if (s.record) list.push(["recording", s.record.recording ? `${s.record.recording_messages} messages` : s.record.paused ? "ready" : "off"]);
     if (state.map) list.push(["map", state.map.state.split(":")[0]]);
     list.push(["clients", String(s.server.clients_now)]);
   }

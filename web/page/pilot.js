@@ -41,9 +41,9 @@ function showFacts() {
   ]), make("p", remedy ? `To go faster: ${remedy}.` : "", "muted"));
 }
 
-// Where no folder is configured nothing can be recorded.
+// Where no folder is configured nothing can be recorded, and without --settings not from here.
 function showRecording() {
-  const r = fresh() && state.status && state.status.record, b = $("record");
+  const r = fresh() && state.link && state.link.settings && state.status && state.status.record, b = $("record");
   b.hidden = !r;
   if (!r) return;
   b.setAttribute("aria-pressed", String(!r.paused));

@@ -3,8 +3,9 @@
 import { STALE_MS, daemonNow, isFresh, past, rows, state } from "./live.js";
 import * as words from "./words.js";
 
-// back: the time that is shown; null: now. rows, newest: of the image then. selected: an azimuth; null: none.
-export const view = { tab: "sonar", northUp: false, back: null, rows, newest: null, selected: null, sensor: "", range: 10, dragging: false };
+// back: the time that is shown; null: now. rows, newest: of the image then. selected: an azimuth; null: none. palette,
+// contrast: of the image.
+export const view = { tab: "sonar", northUp: false, back: null, rows, newest: null, selected: null, sensor: "", range: 10, dragging: false, palette: "page", contrast: 0 };
 
 // What was shown at the time that is looked back to; null: nothing then.
 function then() {

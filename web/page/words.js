@@ -63,6 +63,9 @@ export function summary(sectors, azimuth, half) {
   return { state: clear ? "clear" : "unknown", free_to_m: isFinite(free_to_m) ? free_to_m : 0, age_s };
 }
 
+// What summary says, in words; null: nothing is known.
+export const inWords = (s) => !s ? "no answer" : s.state === "blocked" ? `blocked at ${metres(s.range_m)}` : s.state === "clear" ? "clear" : `unknown, free to ${metres(s.free_to_m)}`;
+
 // Metres to the obstacle, or that are free; "?" where it is unknown, after what is free before. Cut off and not rounded:
 // never farther than it is.
 function howFar(s, near) {

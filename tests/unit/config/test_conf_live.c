@@ -40,7 +40,7 @@ static const char *take(const char *before, const char *after, struct conf *now)
     told[0] = '\0';
     read_text(before, now, &sources[0]);
     read_text(after, &wanted, &sources[1]);
-    conf_take_live(now, &wanted, tell_change, NULL);
+    conf_take_live(now, &wanted, NULL, tell_change, NULL);
     conf_source_free(sources[0]);
     conf_source_free(sources[1]);
     return told;
@@ -56,6 +56,35 @@ TEST(live_keys_are_taken_and_others_are_named)
     CHECK_STR(take(HEAD "range = 5 m\n", HEAD "range = 6 m\n[log]\nlevel = debug\n", &now),
               "not [sonar a] range = 6 m\n[log] level = debug\n");
     CHECK(now.sonar[0].range_m == 5);
+}
+
+static bool retunes_b(const struct conf *conf, int sonar, const char *key)
+{
+    return strcmp(conf->sonar[sonar].name, "b") == 0 && strcmp(key, "mode") != 0;
+}
+
+/* What a head is told is live where its device can be told, key by key. */
+TEST(a_head_takes_what_its_device_can)
+{
+    static const struct conf_checks checks = {.retunes = retunes_b};
+    const char *two = "[sonar %s]\ndevice = ping360\nport = serial:/dev/%s:115200\n%s";
+    struct conf now, wanted;
+    struct conf_source *source;
+    char text[2][1000];
+    for (int i = 0; i < 2; i++) {
+        const char *keys = i ? "range = 6 m\ngain = 2\nmode = request\n" : "range = 5 m\n";
+        int n = snprintf(text[i], sizeof text[i], two, "a", "a", keys);
+        snprintf(text[i] + n, sizeof text[i] - (size_t)n, two, "b", "b", keys);
+        read_text(text[i], i ? &wanted : &now, &source);
+        conf_source_free(source);
+    }
+    told[0] = '\0';
+    conf_take_live(&now, &wanted, &checks, tell_change, NULL);
+    CHECK_STR(told,
+              "not [sonar a] range = 6 m\n[sonar b] range = 6 m\nnot [sonar a] gain = 2\n[sonar b] gain = 2\n"
+              "not [sonar a] mode = request\nnot [sonar b] mode = request\n");
+    CHECK(now.sonar[0].range_m == 5 && now.sonar[0].gain < 0);
+    CHECK(now.sonar[1].range_m == 6 && now.sonar[1].gain == 2 && now.sonar[1].mode == CONF_MODE_AUTO);
 }
 
 TEST(every_grid_has_its_own)
@@ -89,7 +118,7 @@ TEST(what_comes_of_both_must_go_together)
     read_text(HEAD "[grid]\nclear_for = 20 s\nforget = 60 s\n", &now, &sources[0]);
     read_text(HEAD "[grid]\nclear_for = 90 s\nforget = 300 s\n", &wanted, &sources[1]);
     CHECK_INT(conf_check_together(&wanted, sources[1], NULL, tell, NULL), 0);
-    conf_take_live(&now, &wanted, tell_change, NULL);
+    conf_take_live(&now, &wanted, NULL, tell_change, NULL);
     told[0] = '\0';
     CHECK_INT(conf_check_together(&now, sources[1], NULL, tell, NULL), 1);
     CHECK(strstr(told, "a.conf:") && strstr(told, "forget = 60 s") && strstr(told, "clear_for = 90 s"));
@@ -100,6 +129,7 @@ TEST(what_comes_of_both_must_go_together)
 int main(void)
 {
     RUN(live_keys_are_taken_and_others_are_named);
+    RUN(a_head_takes_what_its_device_can);
     RUN(every_grid_has_its_own);
     RUN(other_sonars_or_grids_are_for_a_restart);
     RUN(what_comes_of_both_must_go_together);

@@ -150,6 +150,68 @@ TEST(the_numbers_of_a_grid_arrive)
     CHECK_INT(s->update, SPHERE_MAX);
 }
 
+TEST(the_numbers_of_the_extraction_arrive)
+{
+    struct conf conf;
+    struct extract_conf e;
+    struct cleanup_conf c;
+    load(SONAR "amplitude = log\ndecibels_per_count = 0.3 dB\nring_down = 0.6 m\n"
+               "[extract]\ndetector = os\norder = paper\nfalse_alarm = 1e-4\nwindow = 0.5 m\nguard = 0.2 m\n"
+               "rank = 0.6\nfloor = 9\nmin_contrast = 13 dB\nlearn_ring_down = on\nno_echo = range\n"
+               "target = 3 dB\nbottom = 16 dB\nminimum_range = 0.9 m\n"
+               "median = 5\notsu = on\nclahe = on\nclahe_clip = 3\nclasses = on\n",
+         &conf);
+    wiring_extract(&conf, 0, &e);
+    CHECK_INT(e.detector, CFAR_OS);
+    CHECK_INT(e.order, EXTRACT_PAPER);
+    CHECK_NEAR(e.false_alarm, 1e-4, 1e-12, 0);
+    CHECK_NEAR(e.window_m, 0.5, 1e-12, 0);
+    CHECK_NEAR(e.guard_m, 0.2, 1e-12, 0);
+    CHECK_NEAR(e.rank, 0.6, 1e-12, 0);
+    CHECK_INT(e.floor_counts, 9);
+    CHECK_NEAR(e.min_contrast_db, 13, 1e-12, 0);
+    CHECK_INT(e.no_echo, EXTRACT_RANGE);
+    CHECK_NEAR(e.target_db, 3, 1e-12, 0);
+    CHECK_NEAR(e.bottom_db, 16, 1e-12, 0);
+    CHECK_NEAR(e.minimum_range_m, 0.9, 1e-12, 0);
+    CHECK(e.learn_ring_down);
+    CHECK_NEAR(e.ring_down_m, 0.6, 1e-12, 0);
+    CHECK_INT(e.law, AMPLITUDE_LOG);
+    CHECK_NEAR(e.db_per_count, 0.3, 1e-12, 0);
+    wiring_cleanup(&conf.extract, &c);
+    CHECK(c.median == 5 && c.otsu && c.clahe && c.clip == 3 && c.classes && c.survivors);
+    load(SONAR "[extract]\nmedian = 3\nclasses = on\n", &conf);
+    wiring_extract(&conf, 0, &e);
+    CHECK(e.detector == CFAR_SOCA && e.order == EXTRACT_SAFE && e.no_echo == EXTRACT_HEARD && !e.learn_ring_down);
+    CHECK(e.law == EXTRACT_LAW_OF_PING && e.ring_down_m < 0);
+    wiring_cleanup(&conf.extract, &c);
+    CHECK(c.median == 3 && !c.otsu && !c.clahe && c.classes && !c.survivors);
+}
+
+static struct pose_drift drift_of(const char *text)
+{
+    struct conf conf;
+    struct pose_drift drift;
+    load(text, &conf);
+    wiring_drift(&conf, &drift);
+    return drift;
+}
+
+/* How fast a vehicle is taken to drift that nobody sees. */
+TEST(the_drift_is_as_the_vehicle_says)
+{
+    struct pose_drift d = drift_of(SONAR);
+    CHECK(d.mps == 3 && d.from_pose && !d.keeps_heading && !d.bounded);
+    CHECK_NEAR(d.heading_radps, geo_rad(0.01), 1e-9, 0);
+    d = drift_of(SONAR "[vehicle]\nmax_speed = 1.5 m/s\n[pose]\nheading_drift = 0.05 deg/s\n");
+    CHECK(d.mps == 1.5 && !d.from_pose && !d.keeps_heading && !d.bounded);
+    CHECK_NEAR(d.heading_radps, geo_rad(0.05), 1e-9, 0);
+    d = drift_of(SONAR "[vehicle]\ncurrent = 0.2 m/s\n");
+    CHECK(d.mps == 3 && d.bounded && d.water_mps == 0.2);
+    d = drift_of(SONAR "[vehicle]\ncurrent = 0.2 m/s\nstation_keeping = 0.1 m/s\n");
+    CHECK(d.mps == 0.1 && !d.from_pose && d.keeps_heading && !d.bounded);
+}
+
 TEST(the_numbers_of_a_map_arrive)
 {
     static const struct {
@@ -244,6 +306,19 @@ TEST(bytes_are_exact)
     CHECK_NEAR(grid, sphere_bytes(&p.grid.sphere, &fault), 0, 0);
 }
 
+/* What is no whole number of voxels, or of tiles, is one more. */
+TEST(a_map_is_no_smaller_than_asked)
+{
+    struct conf conf;
+    struct plan plan;
+    struct pipeline_conf p;
+    load(SONAR "[map]\nvoxel = 0.2 m\nheight = 10.1 m\nextent = 52 m\n", &conf);
+    plan_make(&conf, &plan);
+    wiring_pipeline(&conf, &plan, true, &p);
+    CHECK_INT(p.voxels.height, 51);
+    CHECK(p.voxels.side * TILE_SIDE * 0.2 >= 52 && (p.voxels.side - 1) * TILE_SIDE * 0.2 < 52);
+}
+
 /* forget = auto: for some turns, and never for less than clear_for. */
 TEST(what_is_forgotten_when_is_worked_out)
 {
@@ -274,10 +349,13 @@ int main(void)
     RUN(every_reason);
     RUN(the_wiring_follows_the_plan);
     RUN(the_numbers_of_a_grid_arrive);
+    RUN(the_numbers_of_the_extraction_arrive);
+    RUN(the_drift_is_as_the_vehicle_says);
     RUN(the_numbers_of_a_map_arrive);
     RUN(the_largest_plan_fits);
     RUN(more_takes_more);
     RUN(bytes_are_exact);
+    RUN(a_map_is_no_smaller_than_asked);
     RUN(what_is_forgotten_when_is_worked_out);
     return test_end();
 }

@@ -48,7 +48,8 @@ static void fail_and_mend(const char *command, const char *word)
     }
     check_doubt(word);
     rig_command("hears 0");
-    rig_run(strcmp(command, "hears 4") == 0 ? 2 * TURN : TURN); /* walls come back: believed once all are there */
+    rig_run(strcmp(command, "hears 4") == 0 ? 2 * TURN
+                                            : TURN); /* where walls come back: as long as it takes to hear all */
     check_doubt(NULL);
     CHECK_INT(sectors("blocked", 4.5), 72);
     CHECK_INT(sectors("clear", 2), 72);

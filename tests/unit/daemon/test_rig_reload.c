@@ -21,6 +21,7 @@ static void begin(const char *conf)
                                        .loop = rig.d.loop,
                                        .pipeline = rig.d.pipeline,
                                        .poses = &rig.d.poses,
+                                       .source = rig.d.source,
                                        .server = rig.d.server};
 }
 
@@ -30,19 +31,24 @@ static void end(void)
     rig_end();
 }
 
-/* The file has the sonar and `more` now; all that is new in it, `n` keys, is applied. */
-static void reload(const char *more, size_t n)
+/* The file has these sections now; all that is new in it, `n` keys, is applied. */
+static void reload_all(const char *sonar, const char *more, size_t n)
 {
     FILE *f = fopen(conf_path, "w");
     CHECK(f != NULL);
     if (!f)
         return;
-    fprintf(f, RIG_SONAR "%s", more);
+    fprintf(f, "%s%s", sonar, more);
     fclose(f);
     json_t *said = rig_ask("reload", "%s", "");
     CHECK_INT(json_array_size(json_object_get(said, "applied")), n);
     CHECK_INT(json_array_size(json_object_get(said, "needs_restart")), 0);
     json_decref(said);
+}
+
+static void reload(const char *more, size_t n)
+{
+    reload_all(RIG_SONAR, more, n);
 }
 
 static void pose_once(void)
@@ -159,6 +165,69 @@ TEST(a_sonars_detector_begins_anew_with_its_new_key)
     end();
 }
 
+#define HEAD "[sonar front]\ndevice = ping360\nport = serial:/dev/rig:115200\nrange = "
+
+static bool has_mode(const char *mode)
+{
+    json_t *reply = rig_ask("sensors", "%s", "");
+    const json_t *sensor = json_array_get(json_object_get(reply, "sensors"), 0);
+    const char *said = json_string_value(json_object_get(json_object_get(sensor, "tuning"), "mode"));
+    const bool same = said && strcmp(said, mode) == 0;
+    json_decref(reply);
+    return same;
+}
+
+/* The head has it, scans on, and is not taken for one that another program has set; so in both modes. */
+TEST(a_head_is_told_its_range_gain_and_mode)
+{
+    static const struct {
+        const char *sonar;
+        size_t n;
+        double range_m;
+        unsigned gain;
+        const char *mode;
+    } row[] = {
+        {HEAD "4 m\n", 1, 4, 1, "auto"},
+        {HEAD "4 m\ngain = 2\n", 1, 4, 2, "auto"},
+        {HEAD "4 m\ngain = 2\nmode = request\n", 1, 4, 2, "request"},
+        {HEAD "20 m\ngain = 0\nmode = request\n", 2, 20, 0, "request"},
+        {HEAD "20 m\ngain = 0\nmode = transmit\n", 1, 20, 0, "transmit"},
+    };
+    begin(OLD);
+    rig_run_pings(30);
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        const uint64_t restarts = rig_stats().device.restarts;
+        reload_all(row[i].sonar, OLD, row[i].n);
+        rig_run_pings(30);
+        CHECK_NEAR(told("status", "sensors", "range_m"), row[i].range_m, 0.1, 0);
+        CHECK_INT(rig.sim.head.settings.gain, row[i].gain);
+        CHECK(has_mode(row[i].mode));
+        CHECK(rig.sim.head.automatic == (strcmp(row[i].mode, "request") != 0));
+        CHECK_INT(rig_stats().device.restarts, restarts);
+        CHECK_INT(rig_stats().device.taken_over, 0);
+        CHECK_INT(rig_stats().device.timeouts, 0);
+    }
+    end();
+}
+
+/* Farther than the grid reaches: nothing is said of what it does not keep. */
+TEST(a_longer_range_makes_no_larger_grid)
+{
+    begin(OLD);
+    head_turns();
+    const double grid_m = told("grid_list", "grids", "range_m");
+    reload_all(HEAD "40 m\n", OLD, 1);
+    head_turns();
+    CHECK_NEAR(told("status", "sensors", "range_m"), 40, 0.5, 0);
+    CHECK_NEAR(told("grid_list", "grids", "range_m"), grid_m, 0, 0);
+    json_t *reply = rig_ask("sectors", "%s", "\"distance_m\": 30"), *sector;
+    size_t i;
+    json_array_foreach(json_object_get(reply, "sectors"), i, sector)
+        CHECK(json_number_value(json_object_get(sector, "free_to_m")) < grid_m + 0.2);
+    json_decref(reply);
+    end();
+}
+
 /* What the sonar detects, as status says; 0: not known. */
 static double detects_db(void)
 {
@@ -227,6 +296,8 @@ int main(void)
     RUN(max_age_makes_a_pose_old_and_young);
     RUN(limits_of_the_grid_and_of_questions_change);
     RUN(a_sonars_detector_begins_anew_with_its_new_key);
+    RUN(a_head_is_told_its_range_gain_and_mode);
+    RUN(a_longer_range_makes_no_larger_grid);
     RUN(what_is_detected_is_not_known_until_a_ping_comes_under_the_new_target);
     RUN(the_log_says_as_much_as_it_should);
     RUN(who_may_change_something_is_looked_up_again);

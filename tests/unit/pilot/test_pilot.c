@@ -6,6 +6,7 @@
 #include "tests/lib/sanitized.h"
 #include "tests/lib/test.h"
 
+#include "tests/pilot/rover.h"
 #include "tests/pilot/run.h"
 
 #define DRIVES  6
@@ -111,6 +112,31 @@ TEST(instruments_are_as_wrong_as_is_allowed_for)
     }
 }
 
+/* With attitude alone the vehicle goes as it is told to through the water, no farther than its thrusters allow. */
+TEST(thrusters_bound_a_vehicle_that_nobody_measures)
+{
+    static const double wanted_mps[][2] = {{0.4, 0}, {0, 0}, {0, -0.2}, {0.1, 0.1}, {0, 0}};
+    const uint64_t seed = test_seed();
+    for (uint64_t of = seed; of < seed + 4; of++) {
+        const double current_mps[2] = {0.05, -0.03};
+        struct rover r;
+        double was_m[2] = {0}, sure_m = 0, went_m = 0;
+        rover_start(&r, of, current_mps, 0.08);
+        const double *place_m = r.rov.place_m;
+        for (int n = 0; n < 5 * 500; n++) {
+            const double *command_mps = wanted_mps[n / 500];
+            const bool sampled = rover_step(&r, command_mps, 0.002 * n, 0.02);
+            CHECK(n % 500 < 400 ||
+                  hypot(place_m[0] - was_m[0] - 0.02 * (command_mps[0] + current_mps[0]),
+                        place_m[1] - was_m[1] - 0.02 * (command_mps[1] + current_mps[1])) < 0.02 * 0.15);
+            went_m += hypot(place_m[0] - was_m[0], place_m[1] - was_m[1]);
+            memcpy(was_m, place_m, sizeof was_m);
+            sure_m += sampled ? (r.mps[0] + 0.08) * ROV_BOUND_S : 0;
+            CHECK(!sampled || went_m <= sure_m);
+        }
+    }
+}
+
 /* A diver who swims against the vehicle is not what it ran into. */
 TEST(what_stands_still_is_told_from_what_swims)
 {
@@ -148,6 +174,7 @@ int main(void)
     RUN(a_vehicle_set_up_as_documented_arrives);
     RUN(a_sonar_that_looks_up_and_down_needs_no_promise);
     RUN(instruments_are_as_wrong_as_is_allowed_for);
+    RUN(thrusters_bound_a_vehicle_that_nobody_measures);
     RUN(what_stands_still_is_told_from_what_swims);
     RUN(a_head_points_at_a_diver_once_in_a_revolution);
     return test_end();

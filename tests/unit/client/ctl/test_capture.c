@@ -256,7 +256,7 @@ TEST(command_line_faults_are_said)
         {{"info", "a", "b"}, 2, "info needs one file"},
         {{"--csv", "import", "a"}, 2, "import comes first"},
         {{"export", "a"}, 2, "export needs --csv"},
-        {{"info", "--csv", "a"}, 2, "--csv belongs to export"},
+        {{"info", "--csv", "a"}, 2, "--conf belong to export"},
         {{"info", "--colour"}, 2, "unknown option"},
         {{"info", "/nonexistent"}, 1, "/nonexistent: No such file or directory"},
     };

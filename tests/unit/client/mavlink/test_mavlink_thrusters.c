@@ -6,6 +6,7 @@
  */
 #include "client/mavlink/mavlink_thrusters.h"
 #include "tests/lib/rov.h"
+#include "tests/lib/test.h"
 
 #define MS 1000000ull
 

@@ -5,6 +5,7 @@
  */
 #include "client/mavlink/speed_bound.h"
 #include "tests/lib/rov.h"
+#include "tests/lib/test.h"
 
 #define STEP_S   0.01
 #define SAMPLE_S 0.05

@@ -171,6 +171,45 @@ TEST(without_memory_nothing_changes)
     end();
 }
 
+/* Is the template of these rows taken back from its file? */
+static bool is_read_back(const struct background *b)
+{
+    struct fault fault;
+    enum template_fault kind;
+    size_t size;
+    uint8_t *bytes = template_encode(b, &size);
+    struct background *read = template_decode(bytes, size, 64, &kind, &fault);
+    CHECK(read || kind == TEMPLATE_DAMAGED);
+    const bool good = read != NULL;
+    free(bytes);
+    free(read);
+    return good;
+}
+
+TEST(a_file_with_levels_of_a_row_that_was_not_learnt_is_damaged)
+{
+    struct fault fault;
+    begin();
+    CHECK(learn(&fault));
+    for (int i = 0; i < PINGS; i++)
+        feed();
+    CHECK(use(&fault));
+    struct background *b = t->background;
+    const uint32_t last = b->shape.rows - 1;
+    uint8_t *level = b->level + (size_t)last * b->shape.bins;
+    memset(level, 0, b->shape.bins);
+    b->learnt[last] = 0;
+    CHECK(is_read_back(b));
+    level[b->shape.bins - 1] = 1;
+    CHECK(!is_read_back(b));
+    b->learnt[last] = BACKGROUND_LEARNT_MAX;
+    CHECK(is_read_back(b));
+    b->learnt[last] = BACKGROUND_LEARNT_MAX + 1;
+    CHECK(!is_read_back(b));
+    b->learnt[last] = 1;
+    end();
+}
+
 TEST(learning_goes_on_until_there_is_memory_for_the_template)
 {
     begin();
@@ -245,6 +284,7 @@ int main(void)
         return 1;
     close(fd);
     RUN(without_memory_nothing_changes);
+    RUN(a_file_with_levels_of_a_row_that_was_not_learnt_is_damaged);
     RUN(learning_begun_anew_has_not_come_far);
     RUN(learning_follows_another_range);
     RUN(learning_goes_on_until_there_is_memory_for_the_template);

@@ -20,6 +20,7 @@ static enum modbus_result result;
 static double value;
 static int stop_fd;
 static _Atomic unsigned disconnects;
+static uint64_t takes_ns; /* it answers so late */
 
 /* The thread's clock runs ahead by what the test says (linked with --wrap=loop_clock). */
 static _Atomic uint64_t ahead_ns;
@@ -70,6 +71,7 @@ enum modbus_result modbus_depth_prepare(struct modbus_depth *m, struct fault *fa
 enum modbus_result modbus_depth_read(struct modbus_depth *m, double *v, struct fault *fault)
 {
     (void)m;
+    ahead_ns += takes_ns;
     *v = value;
     fault_set(fault, "%s", result == MODBUS_OK ? "" : "no answer");
     return result;
@@ -115,6 +117,7 @@ static void begin(const double mount_m[3])
     conf_defaults(&conf);
     conf.depth.unit = CONF_UNIT_M;
     conf.depth.rate_hz = 50;
+    conf.depth.timeout_s = 2; /* however slow the machine is */
     memcpy(conf.depth.mount_m, mount_m, sizeof conf.depth.mount_m);
     loop = loop_new(false);
     pose_log_init(&poses, 3600 * SECOND);
@@ -246,6 +249,25 @@ TEST(a_link_that_comes_back_is_counted)
     end();
 }
 
+/* Nobody knows when within it the sensor measured: halfway, or too long ago. */
+TEST(a_depth_is_of_the_middle_between_question_and_answer)
+{
+    begin((const double[3]){0, 0, 0});
+    takes_ns = SECOND;
+    const uint64_t before_ns = loop_clock();
+    struct depth_status s = hear(MODBUS_OK, 10);
+    CHECK(s.t_depth_ns >= before_ns + SECOND / 2 && s.t_depth_ns <= loop_clock() - SECOND / 2);
+    CHECK_INT(pose_log_last_ns(&poses, POSE_DEPTH), s.t_depth_ns);
+    takes_ns = 9 * SECOND;
+    const uint64_t last_ns = s.t_depth_ns;
+    s = hear(MODBUS_OK, 11);
+    CHECK(s.timeouts == 1 && s.t_depth_ns == last_ns && s.depth_m == 10);
+    CHECK(strstr(s.error.text, "s after the question"));
+    CHECK_INT(taken, 1);
+    end();
+    takes_ns = ahead_ns = 0;
+}
+
 /* As behind a USB adapter whose transfers have stopped. */
 TEST(a_line_that_answers_nothing_for_10_s_is_opened_anew)
 {
@@ -269,6 +291,22 @@ TEST(a_line_that_answers_nothing_for_10_s_is_opened_anew)
     ahead_ns = 0;
 }
 
+TEST(whatever_a_sensor_answers_it_is_there)
+{
+    static const enum modbus_result how[] = {MODBUS_OK, MODBUS_EXCEPTION, MODBUS_NO_NUMBER};
+    for (int k = 0; k < 3; k++) {
+        begin((const double[3]){0, 0, 0});
+        disconnects = 0;
+        for (int i = 0; i < 5; i++) {
+            ahead_ns += 4 * SECOND;
+            hear(how[k], 10);
+        }
+        CHECK_INT(disconnects, 0);
+        end();
+        ahead_ns = 0;
+    }
+}
+
 /* Behind "skipped:" in status. */
 TEST(what_is_skipped_is_named)
 {
@@ -287,7 +325,9 @@ int main(void)
     RUN(a_lie_is_counted_and_goes_no_farther);
     RUN(failures_in_a_row_are_silence_and_one_answer_ends_it);
     RUN(a_link_that_comes_back_is_counted);
+    RUN(a_depth_is_of_the_middle_between_question_and_answer);
     RUN(a_line_that_answers_nothing_for_10_s_is_opened_anew);
+    RUN(whatever_a_sensor_answers_it_is_there);
     RUN(what_is_skipped_is_named);
     return test_end();
 }

@@ -112,12 +112,39 @@ TEST(what_is_older_than_the_bounds_went_as_fast_as_ever)
     CHECK_NEAR(oldest_m - level_m(302000 - 50 * (DRIFT_LOG_BOUNDS - 1) - 1000), 2, 1e-6, 0);
 }
 
+/* Of a time between two bounds it says neither more nor less than evenly: what was seen then would count as newer. */
+TEST(between_two_bounds_it_goes_on_evenly)
+{
+    start(2, 0);
+    CHECK(bound(2000, 0.1) && bound(2100, 0.1) && bound(2200, 0.3));
+    for (uint64_t ms = 2000; ms <= 2100; ms += 100)
+        CHECK_NEAR(level_m(ms + 25), 0.75 * level_m(ms) + 0.25 * level_m(ms + 100), 1e-9, 0);
+}
+
+TEST(a_bound_comes_and_holds_for_its_time)
+{
+    start(2, 0);
+    CHECK(!drift_log_comes(&unseen, 500 * MS));
+    CHECK(!drift_log_in_use(&unseen, 1100 * MS)); /* none has come */
+    CHECK(!bound(900, 0.1));                      /* from before it was set up */
+    CHECK(bound(2000, 0.1));
+    CHECK(drift_log_comes(&unseen, 3000 * MS) && !drift_log_comes(&unseen, 3001 * MS));
+    CHECK(drift_log_in_use(&unseen, 2300 * MS) && !drift_log_in_use(&unseen, 2301 * MS));
+    CHECK_NEAR(drift_log_uncertain_m(&unseen, 2100 * MS), 0.1 * 15 * 0.1 / 2, 1e-9, 0);
+    CHECK_NEAR(drift_log_uncertain_m(&unseen, 2300 * MS), 0.3 * (2 - 0.1), 1e-9, 0); /* no faster than ever */
+    CHECK_NEAR(drift_log_uncertain_m(&unseen, 9000 * MS), 0.3 * (2 - 0.1), 1e-9, 0);
+    start(2, -1); /* not believed, but told apart */
+    CHECK(bound(2000, 0.1) && !bound(2000, 0.1) && !bound(1900, 0.1) && bound(2001, 0.1));
+}
+
 int main(void)
 {
     seed = test_seed();
     RUN(what_a_bound_says_counts_with_the_water);
     RUN(where_none_comes_the_configuration_counts);
     RUN(a_ping_that_came_first_is_not_newer_than_it_is);
+    RUN(between_two_bounds_it_goes_on_evenly);
+    RUN(a_bound_comes_and_holds_for_its_time);
     RUN(it_never_says_less);
     RUN(what_is_older_than_the_bounds_went_as_fast_as_ever);
     return test_end();

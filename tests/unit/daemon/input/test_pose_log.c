@@ -63,6 +63,55 @@ TEST(a_time_that_is_known_within_bounds_has_the_poses_of_all_of_them)
     CHECK_INT(p.has, 0);
 }
 
+/* It may be as far off as the farthest of them, and each is uncertain itself. */
+TEST(within_bounds_the_doubt_of_each_pose_counts)
+{
+    struct pose p;
+    pose_log_init(&poses, 1000 * MS);
+    pose_log_set_most(&poses, 2, 1);
+    put(1000 * MS, POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH, 0, 0, 0);
+    put(1100 * MS, POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH, 0.1, 0.02, 0);
+    CHECK(pose_log_within(&poses, 1000 * MS, 1600 * MS, &p)); /* for 0.1 s it goes on, and 0.4 s are left */
+    CHECK_NEAR(p.uncertain_m, 0.2 + hypot(2, 2) * 0.4, 1e-9, 0);
+    CHECK_NEAR(p.uncertain_rad, 0.04 + 0.4, 1e-6, 0);
+}
+
+/* By what its own time is uncertain, and the poses' times as well. */
+TEST(a_ping_is_blurred_by_the_doubt_of_the_poses_too)
+{
+    struct pose p;
+    pose_log_init(&poses, 1000 * MS);
+    for (uint64_t i = 0; i <= 10; i++)
+        put((1000 + 100 * i) * MS, POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH, 0.1 * (double)i, 0, 0);
+    CHECK(pose_log_blurred(&poses, 1500 * MS, 50 * MS, &p));
+    CHECK_NEAR(p.blur_m[0], 0.05, 1e-9, 0);
+    pose_log_set_delay(&poses, 0, 100 * MS);
+    CHECK(pose_log_blurred(&poses, 1500 * MS, 50 * MS, &p));
+    CHECK_NEAR(p.blur_m[0], 0.15, 1e-9, 0);
+}
+
+TEST(of_the_newest_pose_a_part_that_is_old_is_not_told)
+{
+    struct pose p;
+    pose_log_init(&poses, 500 * MS);
+    CHECK(!pose_log_newest(&poses, &p));
+    put(1000 * MS, POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH, 7, 0, 0);
+    put(1600 * MS, POSE_ATTITUDE, 0, 1, 0);
+    CHECK(pose_log_newest(&poses, &p));
+    CHECK_INT(p.has, POSE_ATTITUDE);
+    CHECK_NEAR(p.position_m[0], 7, 0, 0);
+}
+
+TEST(a_velocity_that_ended_is_not_missed_where_the_place_is_given)
+{
+    pose_log_init(&poses, 500 * MS);
+    put(1000 * MS, POSE_ATTITUDE | POSE_VELOCITY, 0, 0, 1);
+    put(2000 * MS, POSE_ATTITUDE | POSE_POSITION, 0, 0, 0);
+    CHECK(pose_log_fresh(&poses, 2100 * MS));
+    put(2600 * MS, POSE_ATTITUDE, 0, 0, 0);
+    CHECK(!pose_log_fresh(&poses, 2600 * MS));
+}
+
 TEST(before_the_first_and_too_long_after_the_last_there_is_none)
 {
     struct pose p;
@@ -76,6 +125,27 @@ TEST(before_the_first_and_too_long_after_the_last_there_is_none)
     CHECK(!pose_log_at(&poses, 1501 * MS, &p));
     CHECK(pose_log_fresh(&poses, 1500 * MS));
     CHECK(!pose_log_fresh(&poses, 1501 * MS));
+    CHECK(pose_log_fresh(&poses, 900 * MS)); /* of a ping that came before it */
+    pose_log_init(&poses, 500 * MS);
+    CHECK(!pose_log_fresh(&poses, 100 * MS)); /* soon after the clock began nothing is fresh, either */
+}
+
+/* Nobody knows how it went on in a gap, or from then on: it may have gone as far as it can. */
+TEST(in_a_gap_and_behind_it_the_pose_is_as_uncertain_as_its_age)
+{
+    struct pose p;
+    pose_log_init(&poses, 500 * MS);
+    pose_log_set_most(&poses, 2, 1);
+    put(1000 * MS, POSE_ATTITUDE | POSE_POSITION, 0, 0, 0);
+    put(2000 * MS, POSE_ATTITUDE | POSE_POSITION, 1, 0.5, 0);
+    CHECK(pose_log_at(&poses, 1400 * MS, &p));
+    CHECK_NEAR(p.position_m[0], 0, 0, 0);
+    CHECK_NEAR(p.uncertain_m, 0.8, 1e-9, 0);
+    CHECK_NEAR(p.uncertain_rad, 0.4, 1e-9, 0);
+    CHECK(pose_log_at(&poses, 2100 * MS, &p));
+    CHECK_NEAR(p.position_m[0], 1, 0, 0);
+    CHECK_NEAR(p.uncertain_m, 0.2, 1e-9, 0);
+    CHECK_NEAR(p.uncertain_rad, 0.1, 1e-9, 0);
 }
 
 static void put_altitude(uint64_t ms, double altitude_m)
@@ -321,6 +391,8 @@ TEST(by_itself_max_age_follows_rare_poses_that_are_bounded)
     CHECK(!pose_log_fresh(&poses, t_ns + 2000 * MS));
     pose_log_set_most(&poses, 1, 0);
     CHECK_INT(pose_log_max_age_ns(&poses, POSE_ATTITUDE) / MS, 1000);
+    pose_log_set_most(&poses, 0, 1);
+    CHECK_INT(pose_log_max_age_ns(&poses, POSE_ATTITUDE) / MS, 1000);
     pose_log_set_most(&poses, 1, 1);
     CHECK_INT(pose_log_max_age_ns(&poses, POSE_ATTITUDE) / MS, 6000);
     CHECK_INT(pose_log_max_age_ns(&poses, POSE_DEPTH) / MS, 1000); /* never given */
@@ -343,6 +415,32 @@ TEST(by_itself_max_age_has_limits_and_passes_over_a_pause)
     CHECK_INT(pose_log_max_age_ns(&poses, POSE_POSITION) / MS, 10000);
     pose_log_withdraw(&poses, t_ns);
     CHECK_INT(pose_log_max_age_ns(&poses, POSE_POSITION) / MS, 1000);
+}
+
+TEST(by_itself_max_age_follows_the_middle_gap_in_whatever_order_they_come)
+{
+    static const uint64_t gap_ms[] = {2000, 1200, 3000, 900, 2400, 1500, 1800};
+    for (int first = 0; first < POSE_LOG_GAPS; first++) {
+        uint64_t t_ms = 1000;
+        pose_log_init(&poses, POSE_LOG_AUTO);
+        pose_log_set_most(&poses, 1, 1);
+        put(t_ms * MS, POSE_ATTITUDE, 0, 0, 0);
+        for (int i = 0; i < POSE_LOG_GAPS; i++)
+            put((t_ms += gap_ms[(first + i) % POSE_LOG_GAPS]) * MS, POSE_ATTITUDE, 0, 0, 0);
+        CHECK_INT(pose_log_max_age_ns(&poses, POSE_ATTITUDE) / MS, 3 * 1800);
+    }
+}
+
+/* What a velocity makes of a place that is given no more is no place given. */
+TEST(by_itself_max_age_counts_no_carried_place)
+{
+    pose_log_init(&poses, POSE_LOG_AUTO);
+    pose_log_set_most(&poses, 1, 1);
+    const uint64_t t_ns = put_many(1000 * MS, 8, 2000 * MS);
+    for (uint64_t i = 0; i < 8; i++)
+        put(t_ns + (6100 + 100 * i) * MS, POSE_VELOCITY, 0, 0, 0.5);
+    CHECK_INT(pose_log_max_age_ns(&poses, POSE_POSITION) / MS, 6000);
+    CHECK(!pose_log_fresh(&poses, t_ns + 6900 * MS));
 }
 
 TEST(poses_rarer_than_max_age_are_sparse)
@@ -639,6 +737,32 @@ TEST(without_a_velocity_the_way_between_places_is_the_speed)
     CHECK_NEAR(p.uncertain_m, 0.52 / 0.501 * 0.5, 1e-9, 0);
 }
 
+/* As fast as lately, not as on average, and in any level direction. */
+TEST(the_last_tenth_of_a_second_tells_the_speed)
+{
+    struct pose p = pose_identity, then;
+    pose_log_init(&poses, 2000 * MS);
+    p.has = POSE_ATTITUDE | POSE_POSITION;
+    for (uint64_t i = 0; i < 4; i++) {
+        p.t_ns = (i == 3 ? 1600 : 1000 + 250 * i) * MS;
+        p.position_m[0] = i == 3 ? 5.12 : 5;
+        p.position_m[1] = i == 3 ? 7.16 : 7;
+        CHECK(pose_log_put(&poses, &p));
+    }
+    pose_log_at(&poses, 2000 * MS, &then); /* for 0.1 s it goes on as it went */
+    CHECK_NEAR(then.uncertain_m, 2 * 0.3, 1e-9, 0);
+}
+
+TEST(a_first_attitude_is_no_first_place)
+{
+    struct pose p;
+    pose_log_init(&poses, 2000 * MS);
+    put(1000 * MS, POSE_POSITION, 0, 0, 0);
+    put(1500 * MS, POSE_POSITION | POSE_ATTITUDE, 1, 0, 0);
+    CHECK(pose_log_newest(&poses, &p));
+    CHECK_NEAR(p.path_m, 1 - POSE_LOG_LINE_M, 1e-9, 0);
+}
+
 /* ---- drift ---- */
 
 static void drifts(double mps, bool from_pose)
@@ -685,8 +809,10 @@ TEST(before_any_pose_it_may_be_taken_to_keep_its_place)
     pose_log_at(&poses, 2000 * MS, &p);
     CHECK(p.drift_m[0] == 0 && p.drift_mps == 0 && !p.heading_adrift);
     put(2000 * MS, POSE_ATTITUDE, 0, 0, 0);
+    put(2900 * MS, POSE_ATTITUDE, 0, 0, 0);
     pose_log_at(&poses, 3000 * MS, &p);
     CHECK_NEAR(p.drift_m[0], 0.5, 1e-9, 0);
+    CHECK_NEAR(p.drift_mps, 0.5 * sqrt(2), 1e-9, 0);
 }
 
 TEST(a_position_stops_the_drift)
@@ -717,7 +843,50 @@ TEST(a_velocity_carries_the_position_with_its_error)
     const double before_m = p.drift_m[0];
     put(13000 * MS, POSE_ATTITUDE | POSE_DEPTH | POSE_VELOCITY, 0, 0, 0.4);
     pose_log_at(&poses, 13000 * MS, &p);
-    CHECK(p.drift_m[0] - before_m >= 2 * 0.5);
+    CHECK_NEAR(p.drift_m[0] - before_m, 2 * (0.5 + 0.4), 1e-6, 0);
+}
+
+static void put_velocity(uint64_t ms, unsigned has, const double mps[3])
+{
+    struct pose p = pose_identity;
+    p.t_ns = ms * MS;
+    p.has = has | POSE_ATTITUDE | POSE_VELOCITY;
+    memcpy(p.velocity_mps, mps, sizeof p.velocity_mps);
+    CHECK(pose_log_put(&poses, &p));
+}
+
+/* Of the two velocities of a step nobody knows when the one became the other. Level and depth are carried apart. */
+TEST(a_velocity_that_changes_carries_with_half_its_change_as_well)
+{
+    static const double first[3] = {0.4, 0.1, 0.2}, then[3] = {0.1, 0.5, 0.8};
+    struct pose a, b;
+    drifts(0.5, false);
+    put_velocity(1000, 0, first);
+    put_velocity(1100, 0, then);
+    pose_log_at(&poses, 1000 * MS, &a);
+    pose_log_at(&poses, 1100 * MS, &b);
+    CHECK_NEAR(b.drift_m[0] - a.drift_m[0], (0.05 * hypot(0.1, 0.5) + 0.02 + 0.5 / 2) * 0.1, 1e-9, 0);
+    CHECK_NEAR(b.drift_m[1] - a.drift_m[1], (0.05 * 0.8 + 0.02 + 0.6 / 2) * 0.1, 1e-9, 0);
+    CHECK_NEAR(b.position_m[0] - a.position_m[0], 0.01, 1e-9, 0);
+    CHECK_NEAR(b.position_m[1] - a.position_m[1], 0.05, 1e-9, 0);
+    CHECK_NEAR(b.position_m[2] - a.position_m[2], 0.08, 1e-9, 0);
+}
+
+TEST(a_place_that_is_given_is_not_carried)
+{
+    static const double mps[3] = {1, 0, 1};
+    struct pose p;
+    drifts(0.5, false);
+    put_velocity(1000, POSE_POSITION | POSE_DEPTH, mps);
+    pose_log_at(&poses, 1000 * MS, &p);
+    const double level_m = p.drift_m[0], depth_m = p.drift_m[1];
+    put_velocity(1400, 0, mps);
+    pose_log_at(&poses, 1400 * MS, &p);
+    CHECK_NEAR(p.position_m[0], 0, 0, 0);
+    CHECK_NEAR(p.position_m[2], 0, 0, 0);
+    CHECK_NEAR(p.drift_m[0], level_m, 0, 0);
+    CHECK_NEAR(p.drift_m[1], depth_m, 0, 0);
+    CHECK(p.drift_mps == 0 && p.uncertain_m > 0.5); /* that it is old counts as that */
 }
 
 TEST(the_drift_never_falls_when_it_is_set_anew)
@@ -739,12 +908,17 @@ int main(void)
     RUN(a_place_that_is_told_no_more_stays_where_it_was);
     RUN(between_two_samples_the_pose_is_interpolated);
     RUN(a_time_that_is_known_within_bounds_has_the_poses_of_all_of_them);
+    RUN(within_bounds_the_doubt_of_each_pose_counts);
+    RUN(a_ping_is_blurred_by_the_doubt_of_the_poses_too);
+    RUN(of_the_newest_pose_a_part_that_is_old_is_not_told);
+    RUN(a_velocity_that_ended_is_not_missed_where_the_place_is_given);
     RUN(before_the_first_and_too_long_after_the_last_there_is_none);
     RUN(a_withdrawn_pose_is_as_if_never_given_but_what_drifted_stays);
     RUN(the_missing_part_is_named_with_its_age_and_sender);
     RUN(an_altitude_is_less_by_how_far_the_vehicle_may_have_sunk);
     RUN(an_altitude_alone_is_no_pose);
     RUN(a_gap_is_not_bridged);
+    RUN(in_a_gap_and_behind_it_the_pose_is_as_uncertain_as_its_age);
     RUN(times_that_do_not_rise_are_refused_and_counted);
     RUN(parts_come_from_different_senders_and_end_by_themselves);
     RUN(without_a_position_the_velocity_carries_it);
@@ -754,6 +928,8 @@ int main(void)
     RUN(a_depth_that_ends_is_missed);
     RUN(by_itself_max_age_follows_rare_poses_that_are_bounded);
     RUN(by_itself_max_age_has_limits_and_passes_over_a_pause);
+    RUN(by_itself_max_age_follows_the_middle_gap_in_whatever_order_they_come);
+    RUN(by_itself_max_age_counts_no_carried_place);
     RUN(poses_rarer_than_max_age_are_sparse);
     RUN(the_way_driven_counts_back_and_forth);
     RUN(a_ping_whose_time_is_uncertain_is_blurred_by_the_way_within_it);
@@ -766,11 +942,15 @@ int main(void)
     RUN(behind_the_last_sample_the_vehicle_may_be_as_far_as_it_goes);
     RUN(nothing_lies_between_the_attitudes_before_and_after_a_jump);
     RUN(without_a_velocity_the_way_between_places_is_the_speed);
+    RUN(the_last_tenth_of_a_second_tells_the_speed);
+    RUN(a_first_attitude_is_no_first_place);
     RUN(without_position_and_velocity_the_drift_grows_with_time);
     RUN(a_heading_drifts_that_somebody_tells);
     RUN(before_any_pose_it_may_be_taken_to_keep_its_place);
     RUN(a_position_stops_the_drift);
     RUN(a_velocity_carries_the_position_with_its_error);
+    RUN(a_velocity_that_changes_carries_with_half_its_change_as_well);
+    RUN(a_place_that_is_given_is_not_carried);
     RUN(the_drift_never_falls_when_it_is_set_anew);
     return test_end();
 }

@@ -121,6 +121,21 @@ static struct content read_and_remove(void)
     return c;
 }
 
+/* Its messages are lost and counted, and no other's. */
+TEST(a_topic_that_was_refused_stops_no_recording)
+{
+    int channel;
+    struct record *rec = begin(&channel);
+    feed(rec, channel, 0, 10, 64);
+    feed(rec, -1, 0, 3, 64);
+    feed(rec, channel, 10, 10, 64);
+    settle(rec);
+    CHECK(!status(rec).segments.paused);
+    CHECK_INT(status(rec).segments.lost_messages, 3);
+    record_close(rec, PATIENCE_MS);
+    CHECK_INT(read_and_remove().messages, 20);
+}
+
 TEST(all_arrive_in_order)
 {
     int channel;
@@ -223,6 +238,7 @@ TEST(faults_of_the_start_are_told)
 int main(void)
 {
     RUN(what_waits_lies_in_memory_that_is_there); /* first: memory that was used before faults no more */
+    RUN(a_topic_that_was_refused_stops_no_recording);
     RUN(all_arrive_in_order);
     RUN(a_disk_that_stalls_keeps_nobody_waiting);
     RUN(what_has_no_room_is_counted);

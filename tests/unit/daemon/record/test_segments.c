@@ -21,15 +21,21 @@
 static struct fault fault;
 static char dir[64];
 
-static struct segments *open_segments(uint64_t file_size, int files)
+static struct segments *open_paused(uint64_t file_size, int files, bool paused)
 {
     return segments_open(&(struct segments_conf){.directory = dir,
                                                  .file_size = file_size,
                                                  .files = files,
                                                  .conf_text = CONF,
                                                  .conf_size = strlen(CONF),
-                                                 .unix_offset_ns = UNIX_OFFSET},
+                                                 .unix_offset_ns = UNIX_OFFSET,
+                                                 .paused = paused},
                          0, &fault);
+}
+
+static struct segments *open_segments(uint64_t file_size, int files)
+{
+    return open_paused(file_size, files, false);
 }
 
 static void make_dir(void)
@@ -323,14 +329,7 @@ TEST(message_over_the_limit_is_lost_and_counted)
 TEST(a_pause_completes_the_segment_and_the_next_one_goes_on)
 {
     make_dir();
-    struct segments *segments = segments_open(&(struct segments_conf){.directory = dir,
-                                                                      .file_size = 1 << 24,
-                                                                      .files = 8,
-                                                                      .conf_text = CONF,
-                                                                      .conf_size = strlen(CONF),
-                                                                      .unix_offset_ns = UNIX_OFFSET,
-                                                                      .paused = true},
-                                              0, &fault);
+    struct segments *segments = open_paused(1 << 24, 8, true);
     const int rx = segments_channel(segments, "/front/rx", "octet-stream");
     CHECK_STR(names(), "");
     CHECK_INT(feed(segments, rx, 0, 10), 10);
@@ -359,14 +358,7 @@ TEST(a_pause_completes_the_segment_and_the_next_one_goes_on)
 TEST(on_request_no_recording_pushes_out_another)
 {
     make_dir();
-    struct segments *segments = segments_open(&(struct segments_conf){.directory = dir,
-                                                                      .file_size = 16384,
-                                                                      .files = 2,
-                                                                      .conf_text = CONF,
-                                                                      .conf_size = strlen(CONF),
-                                                                      .unix_offset_ns = UNIX_OFFSET,
-                                                                      .paused = true},
-                                              0, &fault);
+    struct segments *segments = open_paused(16384, 2, true);
     const int rx = segments_channel(segments, "/front/rx", "octet-stream");
     for (unsigned dive = 0; dive < 4; dive++) {
         segments_pause(segments, false, dive * SECOND);

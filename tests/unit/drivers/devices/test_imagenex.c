@@ -458,6 +458,26 @@ TEST(every_reply_is_followed_by_a_request)
     CHECK_INT(status_now().state, DEVICE_CLOSED);
 }
 
+TEST(the_next_request_has_other_settings)
+{
+    struct device_conf conf = usual();
+    struct imagenex_switch s;
+    open_device(&device_imagenex852, &conf);
+    const struct imagenex_frame before = frame_of(0x11, 0, 20), after = frame_of(0x11, 0, 5);
+    reply(&before);
+    conf.range_m = 5;
+    conf.gain = 33;
+    ops->retune(state, &conf, now_ns, &io);
+    CHECK_INT(n_sent, 2);
+    reply(&before); /* was under way */
+    CHECK(imagenex_decode_switch(sent, &s));
+    CHECK(s.range_m == 5 && s.gain_db == 33);
+    for (int i = 0; i < 10; i++)
+        reply(&after);
+    CHECK_STR(status_now().other_settings, "");
+    CHECK_NEAR(status_now().range_m, 5, 1e-9, 0);
+}
+
 TEST(a_range_that_was_not_sent_is_told)
 {
     const struct device_conf conf = usual();
@@ -654,6 +674,7 @@ int main(void)
     RUN(replies_of_other_heads_are_counted_and_not_used);
     RUN(senseless_replies_are_counted);
     RUN(every_reply_is_followed_by_a_request);
+    RUN(the_next_request_has_other_settings);
     RUN(a_range_that_was_not_sent_is_told);
     RUN(refused_settings_come_again);
     RUN(silence_is_told_once_and_ends);

@@ -192,6 +192,7 @@ TEST(eight_bit_line_as_ping)
     CHECK_NEAR(p.db_per_count, 0.313725, 1e-5, 0);
     CHECK_NEAR(p.dr_m, 0.04992, 1e-6, 0);
     CHECK_NEAR(p.pulse_m, 0.05625, 1e-6, 0); /* 75 us */
+    CHECK_NEAR(p.deaf_m, 0.075, 1e-6, 0);    /* the 100 us of the command, in which the receiver is locked out */
     CHECK_NEAR(beam.az_rad, GEO_PI / 2, 1e-6, 0);
     CHECK_NEAR(geo_deg((double)p.az_aperture_rad), 3.0, 1e-5, 0);
     CHECK_NEAR(geo_deg((double)p.el_aperture_rad), 35.0, 1e-5, 0);
@@ -977,6 +978,25 @@ TEST(gain_in_tenths)
     }
 }
 
+/* Between two pings, once, and its own new settings are no other program's. */
+TEST(a_head_takes_other_settings_while_it_scans)
+{
+    struct device_conf conf = usual_conf();
+    rig_running(&conf);
+    const unsigned commands = rig.commands;
+    conf.range_m = 5;
+    conf.gain = 8;
+    device_micron.retune(rig.state, &conf, rig.now_ns, &rig.io);
+    CHECK_INT(rig.commands, commands);
+    run_for(10 * SEC);
+    CHECK_INT(rig.commands, commands + 1);
+    CHECK_INT(rig.gain, 168);
+    CHECK_NEAR(status().range_m, 5, 0.1, 0);
+    CHECK_INT(status().taken_over, 0);
+    CHECK_INT(status().restarts, 0);
+    CHECK_INT(status().timeouts, 0);
+}
+
 TEST(silence_settings_reboot)
 {
     struct device_conf conf = usual_conf();
@@ -1190,6 +1210,7 @@ int main(void)
     RUN(reply_behind_a_false_head);
     RUN(packet_that_comes_too_late);
     RUN(gain_in_tenths);
+    RUN(a_head_takes_other_settings_while_it_scans);
     RUN(silence_settings_reboot);
     RUN(reboots_come_ever_later);
     RUN(power_dip);

@@ -271,7 +271,10 @@ TEST(nobody_there_is_counted_and_waited_out)
         CHECK_INT(port.ops->write(&port, "ping", 4), 4);
         CHECK_INT(read_ready(b, sizeof(b)), 0);
     }
-    CHECK(port.refused >= before + 3);
+    for (int i = 0; i < 3; i++) /* the answer to one is told to the next */
+        CHECK_INT(port.ops->write(&port, "ping", 4), 4);
+    CHECK(port.refused >= before + 4);
+    read_ready(b, sizeof(b));
 
     /* somebody comes */
     hear_only(fd, own_number());

@@ -84,13 +84,15 @@ static void put(const void *bytes, size_t n)
         syscall(SYS_nanosleep, &(struct timespec){.tv_nsec = 1000000}, NULL);
 }
 
+/* Sub-function 0 alone is sent back: others restart the slave, or clear its counters. */
 static void echo(const uint8_t q[QUESTION])
 {
+    const bool back = echoes && q[2] == 0 && q[3] == 0;
     uint8_t refusal[5] = {q[0], q[1] | 0x80, 1};
     unsigned crc = crc16(refusal, 3);
     refusal[3] = (uint8_t)crc;
     refusal[4] = (uint8_t)(crc >> 8);
-    put(echoes ? q : refusal, echoes ? QUESTION : sizeof refusal);
+    put(back ? q : refusal, back ? QUESTION : sizeof refusal);
 }
 
 /* Every answer holds the number of its question. */
@@ -602,7 +604,10 @@ TEST(lies_are_not_believed_and_do_not_lock_out_the_truth)
     CHECK(!depth_plausible(c, -1.5, 5 * S, 0, 0));
     CHECK(!depth_plausible(c, NAN, 5 * S, 0, 0));
     CHECK(depth_plausible(c, 12.9, 6 * S, 10, 5 * S));
-    CHECK(!depth_plausible(c, 13.5, 6 * S, 10, 5 * S));
+    CHECK(depth_plausible(c, 13.1, 6 * S, 10, 5 * S)); /* 3 m/s, and 0.2 m at once */
+    CHECK(!depth_plausible(c, 13.3, 6 * S, 10, 5 * S));
+    CHECK(depth_plausible(c, 10.1, 5 * S + 1, 10, 5 * S));
+    CHECK(depth_plausible(c, 40, 4 * S, 10, 5 * S)); /* older than what was believed: nothing to hold it against */
     CHECK(!depth_plausible(c, 6.5, 6 * S, 10, 5 * S));
     CHECK(depth_plausible(c, 10, 45 * S, 120, 5 * S)); /* the first value was the lie */
 }

@@ -3,6 +3,8 @@
  * test_answer_cases - extreme questions to the grid: obstacles at the body, at the poles and on the seam (Q2), and that
  * asking for more never turns blocked into clear, whatever grows (Q6).
  */
+#include <float.h>
+
 #include "tests/lib/sphere_rig.h"
 
 #include "grid/answer/corridor.h"
@@ -172,8 +174,70 @@ TEST(q2_what_is_at_the_body_at_the_poles_and_on_the_seam_blocks)
     }
 }
 
+/* What is uncertain of the vehicle since all was observed, one thing at a time; none of it ever falls. */
+enum doubt { PLACE, TURN, DRIFT, SUNK, HEADING, DOUBTS };
+
+static const char *const doubt_name[DOUBTS] = {"place", "attitude", "drift", "depth", "heading"};
+static const struct pose posed = {.attitude = {1, 0, 0, 0}, .has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH};
+
+static void doubt_by(enum doubt what, double much)
+{
+    struct pose *pose = &now.pose;
+    double *const part[DOUBTS] = {&pose->uncertain_m, &pose->uncertain_rad, &pose->drift_m[0], &pose->drift_m[1],
+                                  &pose->heading_radps};
+    *pose = posed;
+    *part[what] = much;
+}
+
+/* More never makes clear what less did not; what is infinite or no number gives nothing clear, nor does a place that may
+ * be anywhere. Of a vehicle that is turned anyhow it is clear all around where it is in all directions. */
+TEST(whatever_is_uncertain_at_its_extremes_gives_nothing_clear)
+{
+    static const double much[] = {0, 5e-324, 1e-9, 0.01, 0.2, 1, 4, 100, 1e9, DBL_MAX, INFINITY};
+    static const double distance_m[] = {0.5, 1, 3, 6.5};
+    unsigned clear = 0;
+    start();
+    now.pose = posed;
+    now.pose_fresh = true;
+    free_all_around(7);
+    for (int i = 0; i < 3; i++)
+        ping(geo_rad(40), 0, 3, 0, 4);
+    now.now_ns += 5 * SECOND; /* so that a heading has drifted */
+    for (int what = 0; what < DOUBTS; what++)
+        for (size_t d = 0; d < sizeof distance_m / sizeof *distance_m; d++)
+            for (int way = 0; way < 3; way++)
+                for (int az_deg = 0; az_deg < 360; az_deg += 40) {
+                    const struct question q = {.az_rad = geo_rad(az_deg),
+                                               .distance_m = distance_m[d],
+                                               .radius_m = 0.3,
+                                               .half_height_m = 0.2,
+                                               .half_angle_rad = 0.02};
+                    enum answer_state before = ANSWER_CLEAR;
+                    for (size_t i = 0; i < sizeof much / sizeof *much; i++) {
+                        doubt_by((enum doubt)what, much[i]);
+                        const enum answer_state state = ask_as(&q, way);
+                        clear += state == ANSWER_CLEAR;
+                        const bool none = isinf(much[i]) || (much[i] >= 100 && (what == PLACE || what == DRIFT));
+                        if (state == ANSWER_CLEAR && (before != ANSWER_CLEAR || none)) {
+                            printf("%s %g, %d deg, %g m, way %d: clear\n", doubt_name[what], much[i], az_deg,
+                                   distance_m[d], way);
+                            CHECK(false);
+                        }
+                        before = state;
+                    }
+                    doubt_by((enum doubt)what, NAN);
+                    if (ask_as(&q, way) == ANSWER_CLEAR) {
+                        printf("%s not a number, %d deg, %g m, way %d: clear\n", doubt_name[what], az_deg,
+                               distance_m[d], way);
+                        CHECK(false);
+                    }
+                }
+    CHECK(clear > 1000);
+}
+
 int main(void)
 {
+    RUN(whatever_is_uncertain_at_its_extremes_gives_nothing_clear);
     RUN(q6_whatever_grows_blocked_never_becomes_clear);
     RUN(q2_what_is_at_the_body_at_the_poles_and_on_the_seam_blocks);
     return test_end();

@@ -67,6 +67,14 @@ TEST(less_is_free_where_less_is_known)
     CHECK_NEAR(bottom_reach_m(&on_it, 0.5), 0, 0, 0);
 }
 
+/* Straight down from a place 0.3 m higher and 2 m beside: the bottom may have risen by the slope on the way there. */
+TEST(the_way_beside_may_be_uphill)
+{
+    const struct bottom b = bottom_below(5, 0.3, 2, 0);
+    const double down_m = surely_m(5) + 0.3 - 2 * tan(geo_rad(BOTTOM_SLOPE_DEG));
+    CHECK_NEAR(bottom_reach_m(&b, 1), down_m * cos(geo_rad(BOTTOM_SLOPE_DEG)), 1e-12, 0);
+}
+
 /* Everything was observed free to 20 m, down to the middle of the earth, by beams that hear no mud. */
 static void start(bool ned, double altitude_m)
 {
@@ -207,6 +215,7 @@ int main(void)
 {
     RUN(a_ray_reaches_the_bottom_where_geometry_has_it);
     RUN(less_is_free_where_less_is_known);
+    RUN(the_way_beside_may_be_uphill);
     RUN(a_cone_ends_at_the_bottom_and_says_so);
     RUN(a_vehicle_that_is_tilted_has_the_bottom_ahead);
     RUN(the_bottom_is_as_far_below_the_grids_centre_as_below_the_vehicle_and_what_it_has_sunk);

@@ -216,7 +216,8 @@ TEST(off_its_axis_a_beam_frees_no_more_than_it_detects_there)
 {
     for (int moved = 0; moved < 2; moved++) {
         begin_nested(2);
-        for (int i = 0; i < 400; i++)
+        for (int i = 0; i <= 400;
+             i++) /* and the first once more: what is between two is free when both have looked */
             send(i * 0.9, 0);
         if (moved) {
             now.pose.t_ns = ping.t_ns;
@@ -225,7 +226,7 @@ TEST(off_its_axis_a_beam_frees_no_more_than_it_detects_there)
         }
         for (int az = 1; az < 360; az += 20) {
             const double level_m = ask_at(az, 0), side_m = ask_at(az, 5), edge_m = ask_at(az, 9);
-            CHECK(level_m >= 5.7);
+            CHECK(level_m >= (moved ? 4.2 : 5.7)); /* made anew, a ray that crosses many beams is kept in pieces */
             CHECK(side_m > 5.7 && side_m < 6.2);
             CHECK(edge_m > 2.7 && edge_m < 3.2);
             CHECK(ask_at(az, -9) > 2.7 && ask_at(az, -9) < 3.2);
@@ -264,12 +265,14 @@ TEST(an_echo_ends_older_water_at_the_edge_too)
     CHECK(ask_at(13, 0) < 5.1 && ask_at(13, 0) > 4.8);
 }
 
-/* An obstacle at az_deg, at_m away, and then a beam ahead that shows nothing, many times. */
-static enum answer_state missed_at(double az_deg, double at_m)
+/* An obstacle in that direction, at_m away, and then a beam ahead that shows nothing, many times. */
+static enum answer_state missed_at(double az_deg, double el_deg, double at_m)
 {
-    const struct answer_query q = {.az_rad = geo_rad(az_deg), .distance_m = 9, .half_angle_rad = geo_rad(0.3)};
+    const struct answer_query q = {
+        .az_rad = geo_rad(az_deg), .el_rad = geo_rad(el_deg), .distance_m = 9, .half_angle_rad = geo_rad(0.3)};
     struct answer a;
     begin_nested(30);
+    beam.el_rad = (float)geo_rad(el_deg);
     for (int i = 0; i < 3; i++) {
         beam.free_to_m = (float)at_m - 0.05f;
         beam.n = 1;
@@ -278,6 +281,7 @@ static enum answer_state missed_at(double az_deg, double at_m)
             .range_m = (float)at_m, .near_m = (float)at_m - 0.05f, .sd_m = 0.01f, .confidence = 0.9f};
         send(az_deg, 0);
     }
+    beam.el_rad = 0;
     beam.free_to_m = 10;
     beam.n = 0;
     beam.state = BEAM_SILENT;
@@ -290,11 +294,12 @@ static enum answer_state missed_at(double az_deg, double at_m)
 /* Only where this very beam would have received its echo. */
 TEST(what_a_beam_would_not_hear_it_does_not_take_away)
 {
-    CHECK_INT(missed_at(13, 2.5), ANSWER_UNKNOWN);
-    CHECK_INT(missed_at(13, 5), ANSWER_BLOCKED);
-    CHECK_INT(missed_at(7, 5), ANSWER_UNKNOWN);
-    CHECK_INT(missed_at(7, 8), ANSWER_BLOCKED);
-    CHECK_INT(missed_at(1, 8), ANSWER_CLEAR);
+    CHECK_INT(missed_at(13, 0, 2.5), ANSWER_UNKNOWN);
+    CHECK_INT(missed_at(13, 0, 5), ANSWER_BLOCKED);
+    CHECK_INT(missed_at(7, 0, 5), ANSWER_UNKNOWN);
+    CHECK_INT(missed_at(9, 7.3, 5), ANSWER_BLOCKED); /* in a corner of the part that reaches as far */
+    CHECK_INT(missed_at(7, 0, 8), ANSWER_BLOCKED);
+    CHECK_INT(missed_at(1, 0, 8), ANSWER_CLEAR);
 }
 
 /* Past the end of what was seen from afar, within the beam: between here and there nothing was. */
@@ -369,6 +374,14 @@ static struct row random_row(uint64_t *seed, double cell_deg)
     return row;
 }
 
+/* A share of the beams hears nothing. */
+static void deafen(struct row *row, double deaf, uint64_t *seed)
+{
+    for (int i = 0; i < row->n; i++)
+        if (test_uniform(seed) < deaf)
+            beam_frees_nothing(&row_beam[i]);
+}
+
 static void send_row(const struct row *row)
 {
     for (int i = 0; i < (row->fan ? 1 : row->n); i++) {
@@ -383,16 +396,17 @@ static void send_row(const struct row *row)
 }
 
 /* How far along a direction of the sensor the row detects the target: by the beam nearest to it. All of a beam's
- * opening counts as its edge, its corners, too. */
-static double heard_m(const struct row *row, double az_rad, double el_rad)
+ * opening counts as its edge, its corners, too, and so does half a cell of the gap beside it. */
+static double heard_m(const struct row *row, double az_rad, double el_rad, double cell_rad)
 {
     double aside = INFINITY;
     const double upward = fabs(el_rad) / ((double)ping.el_aperture_rad / 2);
     for (int i = 0; i < row->n; i++)
-        aside = fmin(aside,
-                     fabs(geo_wrap_pi(az_rad - (double)row_beam[i].az_rad)) / ((double)ping.az_aperture_rad / 2));
-    const double share = hypot(aside, upward) - 1e-3;
-    return share <= BEAM_AXIS_SHARE ? 8 : share <= BEAM_SIDE_SHARE ? 5 : aside <= 1.001 && upward <= 1.001 ? 3 : 0;
+        if (row_beam[i].state != BEAM_BLIND)
+            aside = fmin(aside, fabs(geo_wrap_pi(az_rad - (double)row_beam[i].az_rad)) /
+                                    ((double)ping.az_aperture_rad / 2));
+    const double share = hypot(aside, upward) - 1e-3, edge = 1.001 + cell_rad / (double)ping.az_aperture_rad;
+    return share <= BEAM_AXIS_SHARE ? 8 : share <= BEAM_SIDE_SHARE ? 5 : aside <= edge && upward <= 1.001 ? 3 : 0;
 }
 
 /* Whatever the row is like, and whether its beams are entered one by one or made anew when the centre has moved. */
@@ -408,7 +422,8 @@ TEST(between_the_axes_of_neighbouring_beams_no_more_is_free_than_they_hear)
         conf.angular_step_rad = geo_rad(cell_deg);
         conf.recentre_m = 0.001;
         begin_maps_of(&conf, &row_store);
-        const struct row row = random_row(&seed, cell_deg);
+        struct row row = random_row(&seed, cell_deg);
+        deafen(&row, world % 3 * 0.25, &seed);
         send_row(&row);
         if (world % 2) {
             now.pose.t_ns = ping.t_ns;
@@ -416,7 +431,7 @@ TEST(between_the_axes_of_neighbouring_beams_no_more_is_free_than_they_hear)
             sphere_follow(sphere, &now.pose);
         }
         for (int i = 0; i < ROW_ASKED; i++) {
-            const double az = row.first_rad + row.step_rad * between(&seed, 0, row.n - 1),
+            const double az = row.first_rad + row.step_rad * between(&seed, -0.6, row.n - 0.4),
                          el = between(&seed, -0.55, 0.55) * (double)ping.el_aperture_rad;
             double v[3], u[3];
             struct answer a;
@@ -425,7 +440,8 @@ TEST(between_the_axes_of_neighbouring_beams_no_more_is_free_than_they_hear)
             quat_rotate(row.mount.attitude, v, u);
             geo_angles(u, &q.az_rad, &q.el_rad);
             answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
-            const double heard = heard_m(&row, az, el), records = free_of_records_along(u, ROW_NEAR_M);
+            const double heard = heard_m(&row, az, el, geo_rad(cell_deg));
+            const double records = free_of_records_along(u, ROW_NEAR_M);
             asked++;
             beyond += a.free_to_m > heard + 0.02;
             free_m += fmax(a.free_to_m - 0.5, 0);
@@ -439,7 +455,7 @@ TEST(between_the_axes_of_neighbouring_beams_no_more_is_free_than_they_hear)
     CHECK_INT(records_beyond, 0);
     CHECK(records_m > 0.6 * truth_m);
     CHECK(beyond <= asked / 1000); /* a corner of a cell that is turned against the beam, beside the last one */
-    CHECK(free_m > 0.5 * truth_m);
+    CHECK(free_m > 0.4 * truth_m);
 }
 
 int main(void)

@@ -95,10 +95,10 @@ TEST(as_heard_little_behind_a_surface_is_free)
         {"soft bottom", 1, 0.002, 0, 0.02, 1.2},
     };
     const struct chart_setting set[] = {
-        {.voxel_m = 0.2, .rule = {1, 2}, .echoes = true, .opening = 0.5},
-        {.voxel_m = 0.2, .rule = {2, 2}, .echoes = true, .opening = 0.35},
-        {.voxel_m = 0.2, .rule = {1, 2}, .echoes = true},
-        {.voxel_m = 0.2, .rule = {1, 2}, .echoes = true, .opening = 0.5},
+        {.voxel_m = 0.2, .rule = {1, 2}, .echoes = true, .opening = 0.5, .body_m = 0.5},
+        {.voxel_m = 0.2, .rule = {2, 2}, .echoes = true, .opening = 0.35, .body_m = 0.5},
+        {.voxel_m = 0.2, .rule = {1, 2}, .echoes = true, .body_m = 0.5},
+        {.voxel_m = 0.2, .rule = {1, 2}, .echoes = true, .opening = 0.5, .body_m = 0.5},
     };
     struct dive_ears *ears = dive_ears_make(false);
     for (size_t k = 0; k < sizeof row / sizeof row[0]; k++) {

@@ -218,6 +218,66 @@ TEST(off_its_axis_a_beam_frees_less)
     rig_free(r);
 }
 
+/* The body keeps flat surfaces so far off that none can lie along the beam near by: see ungrazed_m. */
+TEST(near_the_body_the_whole_beam_is_free_as_far_as_its_edge_hears)
+{
+    static const struct {
+        double body_m, mount_m, edge_to_m, el_deg, range_m;
+        uint32_t looks;
+    } row[] = {{0.3, 0, 2, 15, 0.7, 1},    {0.3, 0, 2, 15, 0.97, 1}, /* 0.3 m / sin(17.5 degrees) is 0.998 m */
+               {0.3, 0, 2, 15, 1.03, 0},   {0.3, 0, 2, 7, 1.03, 1},    {0.3, 0, 0.6, 15, 0.7, 0},
+               {0.3, 0, 2, 19, 0.7, 0},    {0, 0, 2, 15, 0.7, 0},      {0.5, 0.2, 2, 15, 0.97, 1},
+               {0.5, 0.2, 2, 15, 1.03, 0}, {0.25, 0.25, 2, 15, 0.4, 0}};
+    struct rig_ping p;
+
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct voxmap_setting s = fine_setting(0.5);
+        struct voxmap_sensor sensor = rig_sensor;
+        s.body_radius_m = row[i].body_m;
+        sensor.mount.position_m[2] = row[i].mount_m;
+        struct rig *r = rig_new(&s);
+        aim_off_the_axis(&p);
+        p.echoes.pose.position_m[2] = -row[i].mount_m; /* so that the beam starts at the same place */
+        p.beam.blind_m = 0.35f;
+        p.beam.edge_from_m = 0.35f;
+        p.beam.edge_to_m = (float)row[i].edge_to_m;
+        p.beam.surface_to_m = 0;
+        CHECK(voxmap_enter(&r->map, &p.echoes, &sensor));
+        CHECK_INT(looks_at(r, row[i].el_deg, 0.5, row[i].range_m), row[i].looks);
+        CHECK_INT(looks_at(r, -row[i].el_deg, 0.5, row[i].range_m), row[i].looks);
+        if (test_case_failed)
+            printf("(row %zu)\n", i);
+        rig_free(r);
+    }
+}
+
+/* Where a surface would be heard it is wider still, and no voxel lies in two parts. */
+TEST(near_the_body_every_range_is_in_the_widest_part_once)
+{
+    struct voxmap_setting s = fine_setting(0.5);
+    struct rig_ping p;
+    s.body_radius_m = 0.4;
+    struct rig *r = rig_new(&s);
+    aim_off_the_axis(&p);
+    p.beam.blind_m = 0.45f;
+    p.beam.edge_from_m = 0.5f;
+    p.beam.edge_to_m = 1.9f;
+    p.beam.surface_from_m = 0.8f;
+    p.beam.surface_to_m = 1.1f; /* and the whole beam to 1.33 m */
+    CHECK(rig_enter(r, &p, 0));
+    CHECK_INT(looks_at(r, 15, 0.5, 0.47), 0);
+    CHECK_INT(looks_at(r, 7, 0.5, 0.47), 1);
+    for (double range_m = 0.52; range_m < 1.3; range_m += 0.02)
+        CHECK_INT(looks_at(r, 15, 0.5, range_m), 1);
+    CHECK_INT(looks_at(r, 15, 0.5, 1.36), 0);
+    for (int64_t i = 0; i < 160; i++)
+        for (int64_t j = -10; j < 10; j++)
+            for (int64_t k = -60; k < 60; k++)
+                if (i * i + j * j + k * k > 25 * 25) /* beyond the body */
+                    CHECK(merge_sum(&r->map, (const int64_t[3]){i, j, k}).vacancy <= 1);
+    rig_free(r);
+}
+
 /* The edge is free beside half power as well, but never in a neighbour's place. */
 TEST(the_edge_is_wider_than_the_beam_where_no_other_beam_is)
 {
@@ -1533,6 +1593,8 @@ int main(void)
     RUN(V4_a_voxel_rises_once_per_ping_and_stops_at_255);
     RUN(a_fan_raises_each_voxel_once);
     RUN(off_its_axis_a_beam_frees_less);
+    RUN(near_the_body_the_whole_beam_is_free_as_far_as_its_edge_hears);
+    RUN(near_the_body_every_range_is_in_the_widest_part_once);
     RUN(the_edge_is_wider_than_the_beam_where_no_other_beam_is);
     RUN(off_the_axis_an_uncertain_pose_and_nonsense_free_less);
     RUN(an_echo_always_lies_in_some_voxel);

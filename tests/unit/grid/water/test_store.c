@@ -346,17 +346,114 @@ TEST(a_ping_whose_pose_is_hardly_known_ends_nothing)
 
 TEST(poses_that_break_make_all_unknown)
 {
-    for (int kind = 0; kind < 4; kind++) {
+    for (int kind = 0; kind < 7; kind++) {
         begin(9, 3);
         send();
         pose.discontinuities += kind == 0;
         pose.withdrawn += kind == 1;
-        pose.position_m[1] += kind == 2 ? 1.1 : 0;
+        pose.position_m[0] += kind == 2 ? 1.1 : 0;
         pose.has &= kind == 3 ? ~(unsigned)POSE_ATTITUDE : ~0u;
-        CHECK(free_at(0, 0) <= START_M);
+        pose.position_m[1] += kind == 4 ? 1.1 : 0;
+        pose.position_m[2] += kind == 5 ? 1.1 : 0;
+        pose.has &= kind == 6 ? ~(unsigned)POSE_DEPTH : ~0u; /* the next ping is from another place */
+        CHECK(kind == 6 || free_at(0, 0) <= START_M);
         send();
         CHECK_INT(store->pool.n, 1);
         CHECK_INT(newest(0)->seq, kind == 3 ? 1 : 2);
+    }
+}
+
+/* What a pose without a ping must be, so that the vehicle is known to have gone there. */
+TEST(only_a_pose_that_goes_on_is_followed)
+{
+    for (int kind = 0; kind < 7; kind++) {
+        begin(9, 3);
+        if (kind == 6)
+            pose.has &= ~(unsigned)POSE_ATTITUDE; /* of the ping: where water lies in the body's axes */
+        send();
+        struct pose next = pose;
+        next.has |= POSE_ATTITUDE;
+        next.position_m[0] = kind == 1 ? 1.1 : 0.5;
+        next.t_ns = kind == 2 ? ping.t_ns - 1 : ping.t_ns;
+        next.discontinuities += kind == 3;
+        next.withdrawn += kind == 4;
+        next.has &= kind == 5 ? ~(unsigned)POSE_DEPTH : ~0u;
+        store_follow(store, &next);
+        CHECK_NEAR(store->at_m[0], kind == 0 ? 0.5 : 0, 0, 0);
+    }
+}
+
+/* Each by itself, and all of them: of the ping, and since. */
+TEST(water_is_as_uncertain_as_all_that_moved_it)
+{
+    static const struct {
+        double then_m, any_m, blur_m, now_m, level_m, depth_m, way_m, margin_m;
+    } row[] = {
+        {.margin_m = 0},
+        {.then_m = 0.1, .margin_m = 0.1},
+        {.any_m = 0.1, .margin_m = 0.1},
+        {.blur_m = 0.1, .margin_m = 0.1},
+        {.now_m = 0.1, .margin_m = 0.1},
+        {.level_m = 0.3, .margin_m = 0.3},
+        {.depth_m = 0.3, .margin_m = 0.3},
+        {.level_m = 0.3, .depth_m = 0.4, .margin_m = 0.5},
+        {.way_m = 2, .margin_m = 2 * POSE_WAY_ERROR},
+        {0.1, 0.02, 0.03, 0.2, 0.3, 0.4, 2, 0.1 + 0.02 + 0.03 + 0.2 + 0.5 + 2 * POSE_WAY_ERROR},
+    };
+    static struct water_view view[ASK_RECORDS];
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
+        begin(9, 3);
+        pose.uncertain_m = row[i].then_m;
+        pose.blur_any_m = row[i].any_m;
+        pose.blur_m[1] = row[i].blur_m;
+        pose.drift_m[0] = 0.7; /* what was before the ping is no matter */
+        pose.drift_m[1] = 0.9;
+        pose.path_m = 50;
+        send();
+        pose.uncertain_m = row[i].now_m;
+        pose.drift_m[0] += row[i].level_m;
+        pose.drift_m[1] += row[i].depth_m;
+        pose.path_m += row[i].way_m;
+        CHECK_INT(look(view), 1);
+        CHECK_NEAR(view[0].margin_m, row[i].margin_m, 1e-6, 1e-6);
+    }
+    begin(9, 3); /* the limit of the way counts with all that */
+    send();
+    pose.path_m = 19.7;
+    CHECK(look(view) == 1 && !view[0].lost);
+    pose.path_m = 19.9;
+    CHECK(look(view) == 1 && view[0].lost);
+}
+
+/* A sensor on an arm is moved by what the body turns, and its beams turn by that: of the ping, and since. */
+TEST(water_is_as_uncertain_as_all_that_turned_it)
+{
+    static const struct mount arm = {.attitude = {1, 0, 0, 0}, .position_m = {0, 0.8, 0}};
+    static const double row[][4] = {
+        {0.01, 0, 0, 0.01}, {0, 0.02, 0, 0.02}, {0, 0, 0.005, 0.01}, {0.01, 0.02, 0.005, 0.04}};
+    static struct water_view view[ASK_RECORDS];
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
+        begin(9, 3);
+        pose.uncertain_rad = row[i][0];
+        pose.blur_rad = row[i][1];
+        ping.pose = pose;
+        store_enter(store, &ping, &arm);
+        pose.heading_radps = row[i][2];
+        ping.t_ns += 2 * SECOND;
+        CHECK_INT(look(view), 1);
+        CHECK_NEAR(view[0].margin_rad, row[i][3], 1e-6, 0);
+        CHECK_NEAR(view[0].margin_m, row[i][3] * 0.8, 1e-6, 0);
+    }
+}
+
+TEST(what_is_no_ping_of_a_sonar_is_left_alone)
+{
+    for (int kind = 0; kind < 3; kind++) {
+        begin(9, 3);
+        ping.sensor = kind == 0 ? STORE_SENSORS : 0;
+        ping.n_beams = kind == 1 ? 0 : kind == 2 ? BEAMS_MAX + 1 : 9;
+        send();
+        CHECK_INT(store->pool.n, 0);
     }
 }
 
@@ -634,6 +731,10 @@ int main(void)
     RUN(old_water_is_free_no_more);
     RUN(a_ping_whose_pose_is_hardly_known_ends_nothing);
     RUN(poses_that_break_make_all_unknown);
+    RUN(only_a_pose_that_goes_on_is_followed);
+    RUN(water_is_as_uncertain_as_all_that_moved_it);
+    RUN(water_is_as_uncertain_as_all_that_turned_it);
+    RUN(what_is_no_ping_of_a_sonar_is_left_alone);
     RUN(small_steps_between_pings_are_no_jump);
     RUN(without_an_attitude_water_lies_in_the_bodys_axes);
     RUN(way_uncertainty_and_drift_make_water_smaller);

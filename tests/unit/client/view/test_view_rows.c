@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /* Rows of an image: whoever is slow gets every row once, the newest. */
 #include "tests/lib/test.h"
-#include "web/web_rows.h"
+#include "client/view/view_rows.h"
 
-static struct web_rows rows;
-static uint8_t out[WEB_ROWS_BYTES];
+static struct view_rows rows;
+static uint8_t out[VIEW_ROWS_BYTES];
 
 /* An image of one row. */
 static void take(double t_unix, double azimuth, double age, const char *samples)
@@ -16,7 +16,7 @@ static void take(double t_unix, double azimuth, double age, const char *samples)
                   "range_m", 3.0, "confidence", 0.876, "marks", "ghost", "blind_m", 0.5, "state", "echo");
 
     CHECK(image != NULL);
-    web_rows_take(&rows, image);
+    view_rows_take(&rows, image);
     json_decref(image);
 }
 
@@ -47,7 +47,7 @@ TEST(bytes)
 
     begin();
     take(1000.5, 30, 0.25, "00ff7f");
-    CHECK_INT(web_rows_part(&rows, &seen, out), 12 + 4 + 36 + 6 + 3);
+    CHECK_INT(view_rows_part(&rows, &seen, out), 12 + 4 + 36 + 6 + 3);
     CHECK_INT(out[0], 1);
     CHECK_INT(out[1], 4);
     CHECK_INT(out[2] | out[3] << 8, 1);
@@ -67,7 +67,7 @@ TEST(bytes)
     CHECK_INT(row[40], 2);
     CHECK_INT(row[41], 88);
     CHECK(row[42] == 0 && row[43] == 255 && row[44] == 127);
-    CHECK_INT(web_rows_part(&rows, &seen, out), 0);
+    CHECK_INT(view_rows_part(&rows, &seen, out), 0);
 }
 
 TEST(the_same_ping_is_told_once)
@@ -77,11 +77,11 @@ TEST(the_same_ping_is_told_once)
     begin();
     take(1000, 30, 0.1, "00");
     take(1000.5, 30, 0.6, "00");
-    CHECK(web_rows_part(&rows, &seen, out) > 0);
+    CHECK(view_rows_part(&rows, &seen, out) > 0);
     take(1001, 30, 1.1, "00");
-    CHECK_INT(web_rows_part(&rows, &seen, out), 0);
+    CHECK_INT(view_rows_part(&rows, &seen, out), 0);
     take(1002, 30, 0.0, "01");
-    CHECK(web_rows_part(&rows, &seen, out) > 0);
+    CHECK(view_rows_part(&rows, &seen, out) > 0);
 }
 
 /* The slow one reads nothing for three turns, and gets each direction once, of the last turn. */
@@ -94,13 +94,13 @@ TEST(who_is_slow_gets_the_newest)
     for (int turn = 0; turn < 3; turn++)
         for (int k = 0; k < 100; k++)
             take(1000 + 100 * turn + k, 3.6 * k, 0, "00");
-    while (web_rows_part(&rows, &seen, out) > 0) {
+    while (view_rows_part(&rows, &seen, out) > 0) {
         n += out[2];
         parts++;
         CHECK(f64(out + 16) >= 1200);
     }
     CHECK_INT(n, 100);
-    CHECK_INT(parts, (100 + WEB_ROWS_PART - 1) / WEB_ROWS_PART);
+    CHECK_INT(parts, (100 + VIEW_ROWS_PART - 1) / VIEW_ROWS_PART);
 }
 
 TEST(forgotten_rows_do_not_come_back)
@@ -109,10 +109,10 @@ TEST(forgotten_rows_do_not_come_back)
 
     begin();
     take(1000, 30, 0, "00");
-    web_rows_forget(&rows);
-    CHECK_INT(web_rows_part(&rows, &seen, out), 0);
+    view_rows_forget(&rows);
+    CHECK_INT(view_rows_part(&rows, &seen, out), 0);
     take(2000, 60, 0, "00");
-    CHECK(web_rows_part(&rows, &seen, out) > 0);
+    CHECK(view_rows_part(&rows, &seen, out) > 0);
     CHECK_INT(out[2], 1);
 }
 
@@ -131,10 +131,30 @@ TEST(what_is_no_row)
     begin();
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
         json_t *image = json_loads(texts[i], 0, NULL);
-        web_rows_take(&rows, image);
+        view_rows_take(&rows, image);
         json_decref(image);
     }
-    CHECK_INT(web_rows_part(&rows, &seen, out), 0);
+    CHECK_INT(view_rows_part(&rows, &seen, out), 0);
+}
+
+/* The daemon sends them by azimuth; a head that turns back pings them the other way round. */
+TEST(rows_of_one_answer_change_in_the_order_of_their_pings)
+{
+    static const char text[] =
+        "{\"t_unix\":1000,\"rows\":["
+        "{\"azimuth_deg\":1,\"width_deg\":1,\"r0_m\":0,\"r1_m\":1,\"age_s\":0.1,\"state\":\"silent\"},"
+        "{\"azimuth_deg\":2,\"width_deg\":1,\"r0_m\":0,\"r1_m\":1,\"age_s\":0.3,\"state\":\"silent\"},"
+        "{\"azimuth_deg\":3,\"width_deg\":1,\"r0_m\":0,\"r1_m\":1,\"age_s\":0.2,\"state\":\"silent\"}]}";
+    static const float want[] = {2, 3, 1};
+    json_t *image = json_loads(text, 0, NULL);
+
+    begin();
+    view_rows_take(&rows, image);
+    json_decref(image);
+    for (size_t i = 0; i < 3; i++) {
+        CHECK_INT(rows.row[i].changed, i + 1);
+        CHECK_NEAR(rows.row[i].az_deg, want[i], 0, 0);
+    }
 }
 
 TEST(odd_and_wrong_digits_end_the_bins)
@@ -144,23 +164,23 @@ TEST(odd_and_wrong_digits_end_the_bins)
     begin();
     take(1000, 30, 0, "0a1");
     take(1000, 60, 0, "0ax1");
-    CHECK(web_rows_part(&rows, &seen, out) > 0);
+    CHECK(view_rows_part(&rows, &seen, out) > 0);
     CHECK_INT(rows.row[0].n_bins, 1);
     CHECK_INT(rows.row[1].n_bins, 1);
 }
 
 TEST(more_bins_and_directions_than_there_is_room)
 {
-    static char samples[2 * (WEB_ROW_BINS + 10) + 1];
+    static char samples[2 * (VIEW_ROW_BINS + 10) + 1];
 
     begin();
     memset(samples, '7', sizeof samples - 1);
-    for (int k = 0; k < WEB_ROWS_MAX + 50; k++)
+    for (int k = 0; k < VIEW_ROWS_MAX + 50; k++)
         take(1000 + k, 0.1 * k, 0, samples);
-    CHECK_INT(rows.change, WEB_ROWS_MAX);
-    CHECK_INT(rows.row[0].n_bins, WEB_ROW_BINS);
-    for (uint64_t seen = 0; web_rows_part(&rows, &seen, out) > 0;)
-        CHECK(out[2] <= WEB_ROWS_PART);
+    CHECK_INT(rows.change, VIEW_ROWS_MAX);
+    CHECK_INT(rows.row[0].n_bins, VIEW_ROW_BINS);
+    for (uint64_t seen = 0; view_rows_part(&rows, &seen, out) > 0;)
+        CHECK(out[2] <= VIEW_ROWS_PART);
 }
 
 int main(void)
@@ -170,6 +190,7 @@ int main(void)
     RUN(who_is_slow_gets_the_newest);
     RUN(forgotten_rows_do_not_come_back);
     RUN(what_is_no_row);
+    RUN(rows_of_one_answer_change_in_the_order_of_their_pings);
     RUN(odd_and_wrong_digits_end_the_bins);
     RUN(more_bins_and_directions_than_there_is_room);
     return test_end();

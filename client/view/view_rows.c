@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "web_rows.h"
+#include "view_rows.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -21,10 +21,10 @@ static int digit(char c)
     return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : -1;
 }
 
-static void read_bins(struct web_row *row, const char *hex)
+static void read_bins(struct view_row *row, const char *hex)
 {
     row->n_bins = 0;
-    for (; hex && hex[0] && row->n_bins < WEB_ROW_BINS; hex += 2) {
+    for (; hex && hex[0] && row->n_bins < VIEW_ROW_BINS; hex += 2) {
         const int high = digit(hex[0]), low = high >= 0 ? digit(hex[1]) : -1;
 
         if (low < 0)
@@ -33,10 +33,10 @@ static void read_bins(struct web_row *row, const char *hex)
     }
 }
 
-static void read_echoes(struct web_row *row, const json_t *echoes)
+static void read_echoes(struct view_row *row, const json_t *echoes)
 {
     row->n_echoes = 0;
-    for (size_t i = 0; i < json_array_size(echoes) && row->n_echoes < WEB_ROW_ECHOES; i++) {
+    for (size_t i = 0; i < json_array_size(echoes) && row->n_echoes < VIEW_ROW_ECHOES; i++) {
         const json_t *echo = json_array_get(echoes, i), *marks = json_object_get(echo, "marks");
         uint8_t set = 0;
 
@@ -53,11 +53,11 @@ static void read_echoes(struct web_row *row, const json_t *echoes)
     }
 }
 
-static bool read_row(struct web_row *row, const json_t *said, double now_unix)
+static bool read_row(struct view_row *row, const json_t *said, double now_unix)
 {
     const char *state = json_string_value(json_object_get(said, "state"));
 
-    *row = (struct web_row){
+    *row = (struct view_row){
         .t_unix = now_unix - number(said, "age_s"),
         .az_deg = (float)number(said, "azimuth_deg"),
         .width_deg = (float)number(said, "width_deg"),
@@ -78,10 +78,10 @@ static bool read_row(struct web_row *row, const json_t *said, double now_unix)
 }
 
 /* Where the row of that direction is or may be; NULL: there are too many. */
-static struct web_row *place(struct web_rows *rows, float az_deg)
+static struct view_row *place(struct view_rows *rows, float az_deg)
 {
-    for (size_t i = 0; i < WEB_ROWS_MAX; i++) {
-        struct web_row *row = &rows->row[i];
+    for (size_t i = 0; i < VIEW_ROWS_MAX; i++) {
+        struct view_row *row = &rows->row[i];
 
         if (!row->changed)
             return row; /* they fill up from the first */
@@ -91,24 +91,45 @@ static struct web_row *place(struct web_rows *rows, float az_deg)
     return NULL;
 }
 
-void web_rows_forget(struct web_rows *rows)
+void view_rows_forget(struct view_rows *rows)
 {
-    for (size_t i = 0; i < WEB_ROWS_MAX; i++)
+    for (size_t i = 0; i < VIEW_ROWS_MAX; i++)
         rows->row[i].changed = 0;
 }
 
-void web_rows_take(struct web_rows *rows, const json_t *image)
+static int oldest_first(const void *a, const void *b)
 {
-    const json_t *said = json_object_get(image, "rows");
+    const json_t *const *x = a, *const *y = b;
+    const double older = number(*x, "age_s"), newer = number(*y, "age_s");
+
+    return (older < newer) - (older > newer);
+}
+
+/* The rows of an image come by azimuth. */
+static size_t by_age(const json_t *said, const json_t *row[VIEW_ROWS_MAX])
+{
+    size_t n = json_array_size(said);
+
+    n = n < VIEW_ROWS_MAX ? n : VIEW_ROWS_MAX;
+    for (size_t i = 0; i < n; i++)
+        row[i] = json_array_get(said, i);
+    qsort(row, n, sizeof *row, oldest_first);
+    return n;
+}
+
+void view_rows_take(struct view_rows *rows, const json_t *image)
+{
+    const json_t *said[VIEW_ROWS_MAX];
+    const size_t n = by_age(json_object_get(image, "rows"), said);
     const char *sensor = json_string_value(json_object_get(image, "sensor"));
-    struct web_row row;
+    struct view_row row;
 
     rows->t_unix = number(image, "t_unix");
     snprintf(rows->sensor, sizeof rows->sensor, "%s", sensor ? sensor : "");
-    for (size_t i = 0; i < json_array_size(said); i++) {
-        struct web_row *at;
+    for (size_t i = 0; i < n; i++) {
+        struct view_row *at;
 
-        if (!read_row(&row, json_array_get(said, i), rows->t_unix) || !(at = place(rows, row.az_deg)))
+        if (!read_row(&row, said[i], rows->t_unix) || !(at = place(rows, row.az_deg)))
             continue;
         if (at->changed && fabs(at->t_unix - row.t_unix) < SAME_S)
             continue;
@@ -142,7 +163,7 @@ static uint8_t *put_float(uint8_t *at, float v)
     return put_bits(at, bits, 4);
 }
 
-static uint8_t *put_row(uint8_t *at, const struct web_row *row)
+static uint8_t *put_row(uint8_t *at, const struct view_row *row)
 {
     const float values[] = {row->az_deg, row->width_deg, row->r0_m, row->r1_m, row->blind_m, row->near_m};
 
@@ -160,25 +181,25 @@ static uint8_t *put_row(uint8_t *at, const struct web_row *row)
 
 static int by_change(const void *a, const void *b)
 {
-    const struct web_row *const *x = a, *const *y = b;
+    const struct view_row *const *x = a, *const *y = b;
 
     return (*x)->changed < (*y)->changed ? -1 : 1;
 }
 
-size_t web_rows_part(const struct web_rows *rows, uint64_t *seen, uint8_t *out)
+size_t view_rows_part(const struct view_rows *rows, uint64_t *seen, uint8_t *out)
 {
-    const struct web_row *newer[WEB_ROWS_MAX];
+    const struct view_row *newer[VIEW_ROWS_MAX];
     const size_t name = strlen(rows->sensor);
     size_t n = 0;
     uint8_t *at = out;
 
-    for (size_t i = 0; i < WEB_ROWS_MAX && rows->row[i].changed; i++)
+    for (size_t i = 0; i < VIEW_ROWS_MAX && rows->row[i].changed; i++)
         if (rows->row[i].changed > *seen)
             newer[n++] = &rows->row[i];
     if (n == 0)
         return 0;
     qsort(newer, n, sizeof *newer, by_change);
-    n = n < WEB_ROWS_PART ? n : WEB_ROWS_PART;
+    n = n < VIEW_ROWS_PART ? n : VIEW_ROWS_PART;
     at = put_bits(at, 1, 1);
     at = put_bits(at, name, 1);
     at = put_bits(at, n, 2);
