@@ -550,8 +550,8 @@ static double echo_m(const json_t *answer)
     return says(answer, "blocked") ? number(answer, "range_m") : INFINITY;
 }
 
-/* Which points an answer speaks of: none nearer than from_m, and up to near_m those in sight alone. For what else stands
- * there breaks the promise of `near`. */
+/* Which points an answer speaks of: none nearer than from_m, and up to near_m those in sight alone. For what else
+ * stands there breaks the promise of `near`. */
 struct spoken {
     double from_m, near_m;
 };
