@@ -113,8 +113,8 @@ static void write_sector(struct json_out *out, const struct answer *a, double az
     json_out_close(out, '}');
 }
 
-/* Water that a sonar hears as far as it can is known to the vehicle's middle from where the sonar sits, and to the
- * next of the ranges at which water is divided. */
+/* Water that a sonar hears as far as it can, or as the grid keeps obstacles, is known to the vehicle's middle from
+ * where the sonar sits, and to the next of the ranges at which water is divided. */
 static double heard_m(const struct methods_env *d, struct grid *grid)
 {
     struct picture_frame frame;
@@ -122,7 +122,8 @@ static double heard_m(const struct methods_env *d, struct grid *grid)
     picture_get_frame(grid_picture(grid), &frame);
     for (int i = 0; i < d->conf.n_sonars; i++)
         lever_m = fmax(lever_m, geo_length(d->mount[i].position_m));
-    return frame.pings ? fmax(frame.range_max_m - lever_m - 4 * WATER_GRID_M, WATER_GRID_M) : INFINITY;
+    const double sensor_m = fmin(frame.range_max_m, frame.reach_m - lever_m); /* from the sonar */
+    return frame.pings ? fmax(sensor_m - lever_m - 4 * WATER_GRID_M, WATER_GRID_M) : INFINITY;
 }
 
 /* How far the sectors are judged: as asked, as far as the sonars hear, or as far as it matters. */

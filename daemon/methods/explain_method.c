@@ -459,6 +459,7 @@ static void begin_ask(struct scene *s)
                                   .pose = &s->now.pose,
                                   .clear_for_s = s->limits.clear_for_s,
                                   .move_limit_m = s->limits.move_limit_m,
+                                  .keeps_m = s->frame.reach_m,
                                   .lost = s->now.lost};
     ask_begin(&s->ask, s->view, records_view(pipeline_records(s->d->pipeline), &s->reading, &now, s->view),
               &s->question);

@@ -103,6 +103,7 @@ static struct store_now now_of(const struct verdict *v)
                               .pose = &v->by.now->pose,
                               .clear_for_s = v->by.conf->clear_for_s,
                               .move_limit_m = v->by.conf->move_limit_m,
+                              .keeps_m = v->frame.reach_m,
                               .lost = v->by.now->lost};
 }
 

@@ -45,6 +45,7 @@ _Static_assert(sizeof(struct picture_entry) == FREE_INTERVALS * 32 + PICTURE_OBS
 struct picture_frame {
     double centre_m[3];       /* NED place of the grid's centre when the pings carried positions */
     double range_max_m;       /* farthest that any sonar listened */
+    double reach_m;           /* obstacles farther than this from the centre are not kept */
     uint64_t pings;           /* entered so far */
     uint64_t t_ping_ns;       /* of the newest */
     double path_m;            /* distance travelled by then */

@@ -72,6 +72,7 @@ void publish_changes(struct sphere *s, uint64_t t_ns)
 void publish_ping(struct sphere *s, const struct echoes *e)
 {
     s->frame.range_max_m = fmax(s->frame.range_max_m, e->range_max_m);
+    s->frame.reach_m = s->layers.edge[s->layers.n];
     s->frame.pings++;
     if (e->t_ns > s->frame.t_ping_ns) /* or it was dated back */
         s->frame.t_ping_ns = e->t_ns;

@@ -216,7 +216,8 @@ static struct water_piece judge(const struct deciding *k, const struct thick *s)
     const double from_m = cell.from * WATER_UNIT_M, least_m = cell.least * WATER_UNIT_M,
                  most_m = (cell.most + 1) * WATER_UNIT_M,
                  ends_m = cell.ends == WATER_NO_END ? INFINITY : cell.ends * WATER_UNIT_M;
-    if (t.inside && nearest_m >= from_m && farthest_m <= least_m) {
+    const double keeps_m = k->view->keeps_m > 0 ? k->view->keeps_m : INFINITY;
+    if (t.inside && nearest_m >= from_m && farthest_m <= fmin(least_m, keeps_m)) {
         piece.says = k->view->lost ? WATER_NOTHING : WATER_FREE;
         return piece;
     }
@@ -225,7 +226,7 @@ static struct water_piece judge(const struct deciding *k, const struct thick *s)
         return piece;
     }
     const bool may_end = farthest_m > ends_m;
-    const bool may_free = s->close_m < most_m && (!t.inside || s->far_m > r->image.near_m);
+    const bool may_free = s->close_m < fmin(most_m, keeps_m) && (!t.inside || s->far_m > r->image.near_m);
     piece.says = may_end ? WATER_ENDED : WATER_NOTHING;
     piece.mixed = may_end || may_free;
     return piece;

@@ -41,6 +41,7 @@ struct water_view {
     double margin_m;   /* so far may the vehicle be from there */
     double margin_rad; /* and directions turned so far, ... */
     double lift_rad;   /* ... up and down in the sensor's axes no farther than this */
+    double keeps_m;    /* what stands farther from the sensor is forgotten: nothing is free there; 0: no limit */
     bool lost;         /* nothing is heard of its sonar: it ends water, and frees none */
 };
 

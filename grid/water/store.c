@@ -249,6 +249,7 @@ static struct water_view look_at(const struct store_now *now, const struct water
                                           strayed_m + fmin(turned, 2) * r->lever_m,
                               .margin_rad = r->tilt_rad + turned,
                               .lift_rad = r->tilt_rad + turned * leaning,
+                              .keeps_m = now->keeps_m > 0 ? fmax(now->keeps_m - r->lever_m, WATER_UNIT_M) : 0,
                               .lost = (now->lost >> r->sensor & 1) || age_s > now->clear_for_s};
     view.lost = view.lost || way + view.margin_m > now->move_limit_m;
     double from[3];

@@ -60,7 +60,9 @@ struct store_now {
     const struct pose *pose;
     double clear_for_s;  /* water seen longer ago is free no more ... */
     double move_limit_m; /* ... nor from such a way on */
-    uint64_t lost;       /* set of the sensors that are offline: what they found free is so no more */
+    double
+        keeps_m; /* what a ping shows farther from the vehicle is forgotten: nothing is free there; 0: no limit */
+    uint64_t lost; /* set of the sensors that are offline: what they found free is so no more */
 };
 
 /** store_bytes - memory for store_init, which is 8-byte aligned. */

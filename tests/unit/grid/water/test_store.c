@@ -523,6 +523,21 @@ TEST(a_lost_sonar_ends_water_and_frees_none)
     CHECK(ask_free(view, store_view(store, &now, view), &q).free_to_m <= START_M);
 }
 
+/* An older echo that the grid has forgotten may stand where this ping heard none. */
+TEST(nothing_is_free_where_nothing_is_kept)
+{
+    static struct water_view view[ASK_RECORDS];
+    begin(9, 3);
+    const struct ask_question q = {.axis = {1, 0, 0}, .half_rad = geo_rad(0.1), .near_m = START_M, .to_m = 9};
+    struct store_now now = {.pose = &pose, .clear_for_s = 30, .move_limit_m = 20};
+    send();
+    now.now_ns = ping.t_ns;
+    CHECK(ask_free(view, store_view(store, &now, view), &q).free_to_m == 9);
+    now.keeps_m = 6;
+    CHECK_NEAR(ask_free(view, store_view(store, &now, view), &q).free_to_m, 6, 0, 0.13);
+    CHECK(ask_free(view, store_view(store, &now, view), &q).free_to_m <= 6);
+}
+
 /* A beam that is free to 10 m on its axis, and to 3 m at its edge. */
 TEST(off_its_axis_a_beam_frees_no_more_than_it_detects)
 {
@@ -739,6 +754,7 @@ int main(void)
     RUN(without_an_attitude_water_lies_in_the_bodys_axes);
     RUN(way_uncertainty_and_drift_make_water_smaller);
     RUN(a_lost_sonar_ends_water_and_frees_none);
+    RUN(nothing_is_free_where_nothing_is_kept);
     RUN(off_its_axis_a_beam_frees_no_more_than_it_detects);
     RUN(many_beams_are_as_free_as_the_part_of_them_that_is_asked);
     RUN(between_two_beams_no_more_is_free_than_they_detect_there);
