@@ -144,7 +144,7 @@ def refused(bench):
     path = bench.path("out.mcap")
     for arguments, status, why in (([bench.write("text", "no capture"), path], 1, "see above"), (["nowhere.mcap", path], 1, "nowhere.mcap"),
                                    (["--conf", "nowhere.conf", capture, path], 1, "nowhere.conf"), ([capture], 2, "two files"),
-                                   ([capture, capture], 1, "File exists")):
+                                   ([capture, capture], 1, "File exists; remove it first")):
         ran = bench.run(SONARCTL, "capture", "export", "--foxglove", *arguments)
         check(ran.returncode == status and why in ran.stderr, "%s: %d %s" % (arguments, ran.returncode, ran.stderr))
         check(not os.path.exists(path), "%s leaves a file" % arguments)
