@@ -151,6 +151,8 @@ def refused(bench):
     check(not [name for name in os.listdir("/tmp") if name.startswith("sonarctl-%d" % os.getpid())], "a folder is left")
     ran = bench.run(SONARCTL, "capture", "export", capture, path)
     check(ran.returncode == 2 and "--foxglove" in ran.stderr, ran.stderr)
+    ran = bench.run(SONARCTL, "capture", "export", "--ros2", "--foxglove", capture, path)
+    check(ran.returncode == 2 and "only one of" in ran.stderr and not os.path.exists(path), ran.stderr)
 
 
 run([("export_" + f.__name__, f) for f in (foxglove, ros2, refused)])
