@@ -7,8 +7,8 @@
  *                                         of every collision
  *
  * PILOT_SETUP=number leaves out the other setups (enum pilot_setup), PILOT_NAV and PILOT_SONAR likewise the other poses
- * and sonars. PILOT_CONF=text is added to the configuration, PILOT_ONLY=number drives one, PILOT_TRACE=1 shows each answer, PILOT_ASK='SECONDS {"jsonrpc":"2.0",...}' asks that
- * then, too. The status is 1 when there was a collision.
+ * and sonars. PILOT_CONF=text is added to the configuration, PILOT_ONLY=number drives one, PILOT_TRACE=1 shows each
+ * answer, PILOT_ASK='SECONDS {"jsonrpc":"2.0",...}' asks that then, too. The status is 1 when there was a collision.
  */
 #include <stdlib.h>
 #include <string.h>
