@@ -384,7 +384,8 @@ const struct conf_key conf_keys[] = {
     {"map", "body", QUANTITY(1, "m", 0.01, 20), .standard = "none", .instead = "none", .instead_value = 0,
      CONF(map.body_m),
      .help = "Radius around the vehicle's reference point that surely contains nothing but the vehicle. Water on\n"
-             "its path is then free. none: only beams make water free."},
+             "its path is then free, and near it the whole height of a beam counts, because no surface can be\n"
+             "grazed there. none: only beams make water free."},
     {"map", "submap_distance", QUANTITY(1, "m", 0.5, 1000), .standard = "10 m", CONF(map.submap_distance_m),
      .help = "Start a new submap this far from the start of the last one."},
     {"map", "submap_time", QUANTITY(1, "s", 1, 86400), .standard = "never", .instead = "never", .instead_value = 0,

@@ -9,6 +9,8 @@
  *                                 none_share, short_m, beyond_share, beyond_max_m: the table in four settings (median,
  *                                 worst seed), and of each the chamber's ceiling over all of its plan (means; the
  *                                 worst)
+ *   report_shaft fresh [quick]    CSV: world, setting, dimension, percent, false_free_m3: length and width of drawn
+ *                                 shafts that no rule or setting was chosen on, dived in the same way
  *   report_shaft paper [quick]    the same as table with the paper's own clean-up and order in place of what ships
  *   report_shaft gain [quick]     the same where the receiver's gain raises the noise by 20 dB up to the end of the
  *                                 range
@@ -203,6 +205,14 @@ static const struct knob named[] = {
     {.name = "setting", .label = "shipped, body 0.5 m", .more = "[map]\nvoxel = 0.2 m\nbody = 0.5 m\n"},
     {.name = "setting", .label = "shipped", .more = "[map]\nvoxel = 0.2 m\n"},
     {.name = "setting",
+     .label = "promised",
+     .more = "[map]\nvoxel = 0.2 m\nbody = 0.5 m\n" PROMISE,
+     .number = PROMISED},
+    {.name = "setting",
+     .label = "survey",
+     .more = "[map]\nvoxel = 0.1 m\nbody = 0.5 m\necho_weight = 1\n" PROMISE,
+     .number = PROMISED},
+    {.name = "setting",
      .label = "the paper's chain",
      .more = FINE PROMISE CLEANUP,
      .beside = AS_THE_PAPER,
@@ -284,6 +294,91 @@ static void settings(const struct dive *dive, unsigned seeds)
     }
 }
 
+/* ---- shafts by chance ---- */
+
+#define FRESH       6
+#define QUICK_FRESH 1
+#define TURN_M      0.3
+#define BESIDE_M    0.75 /* rows begin so far beside the way at most */
+
+/* How much of a row through the water the map has, less 1: its free voxels against the way between the walls. */
+static double row_error(const struct chart *c, const double from[3], int axis)
+{
+    double d[3] = {0}, true_m = 0;
+
+    for (int sign = -1; sign <= 1; sign += 2) {
+        d[axis] = sign;
+        true_m += world_ray(c->world, from, d, DIVE_RANGE_M, 0);
+    }
+    const double free_m = free_along(c, from, axis, 1) + free_along(c, from, axis, -1) - c->set.voxel_m;
+    return fmax(0, free_m) / true_m - 1;
+}
+
+/* As a dimension of Table I: of rows near the way, the mean of the middle half. */
+static double mean_error(const struct chart *c, int axis)
+{
+    static double error[MAX_ROWS];
+    const struct world *w = c->world;
+    const double h = c->set.voxel_m;
+    double sum = 0;
+    unsigned n = 0;
+
+    for (double beside_m = -BESIDE_M; beside_m <= BESIDE_M; beside_m += h)
+        for (double z = w->from[2]; z <= w->to[2] && n < MAX_ROWS; z += h) {
+            double at[3] = {w->from[0], w->from[1], z};
+            at[1 - axis] += beside_m;
+            if (world_clearance(w, at, 0) > h)
+                error[n++] = row_error(c, at, axis);
+        }
+    cost_sort(error, n);
+    for (unsigned i = n / 4; i < n - n / 4; i++)
+        sum += error[i];
+    return sum / (n - 2 * (n / 4));
+}
+
+static void fresh_shaft(uint64_t seed, struct dive_ears *ears, const struct knob *const knob[], unsigned n)
+{
+    static const char *const name[] = {"length", "width"};
+    const struct world world = world_drawn(seed);
+    const unsigned turns = (unsigned)((world.to[2] - world.from[2]) / TURN_M) + 1;
+    struct dive *dive = dive_make(&world, turns, true, 0, DIVE_SOUND);
+    struct chart_setting set[NAMED];
+    struct chart *map[NAMED];
+
+    for (unsigned k = 0; k < n; k++) {
+        struct conf conf;
+        knob_conf(knob[k], &conf);
+        set[k] = chart_setting_of(&conf);
+        if (knob[k]->beside)
+            set[k].opening = 0;
+    }
+    maps_of(dive, ears, set, n, map, seed, dive->n);
+    for (unsigned k = 0; k < n; k++) {
+        double behind_max_m, free_m3;
+        const double wrong_m3 = chart_false_free(map[k], 0, &behind_max_m, &free_m3);
+        for (int axis = 0; axis < 2; axis++)
+            printf("drawn shaft %u,%s,%s,%.2f,%.3g\n", (unsigned)seed, knob[k]->label, name[axis],
+                   100 * fabs(mean_error(map[k], axis)), wrong_m3);
+        chart_free(map[k]);
+    }
+    dive_free(dive);
+}
+
+static void fresh(unsigned shafts)
+{
+    const struct knob *promised[NAMED];
+    unsigned n = 0;
+    struct dive_ears *ears = dive_ears_make(true);
+
+    for (size_t k = 0; k < NAMED; k++)
+        if (named[k].number == PROMISED)
+            promised[n++] = &named[k];
+    printf("world,setting,dimension,percent,false_free_m3\n");
+    for (unsigned i = 1; i <= shafts; i++)
+        fresh_shaft(2 * i, ears, promised, n);
+    dive_ears_free(ears);
+}
+
 /* ---- cuts ---- */
 
 enum level { NOTHING, SEEN_FREE, FILTERED_FREE, SURFACE, LEVELS };
@@ -352,8 +447,12 @@ int main(int argc, char **argv)
     const bool cuts = strcmp(what, "slices") == 0, all = strcmp(what, "settings") == 0;
     const unsigned seeds = quick ? QUICK_SEEDS : SEEDS;
 
+    if (strcmp(what, "fresh") == 0) {
+        fresh(quick ? QUICK_FRESH : FRESH);
+        return 0;
+    }
     if (strcmp(what, "table") != 0 && !cuts && !paper && !all) {
-        fprintf(stderr, "usage: report_shaft table|settings|paper|gain|slices [quick]\n");
+        fprintf(stderr, "usage: report_shaft table|settings|fresh|paper|gain|slices [quick]\n");
         return 2;
     }
     struct dive *dive = dive_make(world_named("shaft"), quick ? QUICK_TURNS : TURNS, true, 0, DIVE_SOUND);

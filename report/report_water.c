@@ -4,6 +4,8 @@
  *
  *   report_water false [quick]    CSV: world, ranges, voxel_m, tolerance_voxels, threshold, free_m3, false_free_m3,
  *                                 behind_max_m
+ *   report_water fresh [quick]    CSV: world, level_db, setting, free_m3, false_free_m3, behind_max_m: worlds that no
+ *                                 rule was chosen on, with the vehicle's body
  *   report_water errors [quick]   CSV: knob, value, default, scene, seed, and chart_errors' measures
  *   report_water maps [quick]     CSV: map, free_iou, missed_share, false_free_m3 (mean of the seeds),
  *                                 false_free_worst_m3
@@ -122,6 +124,59 @@ static void false_free(bool quick)
         dive_free(dive);
     }
     dive_ears_free(ears);
+}
+
+/* ---- the same in fresh worlds ---- */
+
+#define FRESH       12
+#define QUICK_FRESH 2
+
+enum fresh_ears { FRESH_SHIPPED, FRESH_MUD, FRESH_EARS };
+
+static const struct {
+    const char *name;
+    double opening;
+    enum fresh_ears ears;
+} fresh_as[] = {
+    {"as shipped", 0.5, FRESH_SHIPPED},
+    {"bottom = 20 dB", 0.5, FRESH_MUD},
+    {"the paper's", 0, FRESH_SHIPPED},
+};
+
+static void fresh_row(const struct dive *dive, uint64_t seed, struct dive_ears *ears, size_t as)
+{
+    struct chart_setting set = shipped();
+    double behind_max_m, free_m3;
+
+    set.body_m = BODY_M;
+    set.opening = fresh_as[as].opening;
+    struct chart *c = chart_make(dive->world, &set);
+    dive_begin(ears);
+    for (size_t i = 0; i < dive->n; i++) {
+        struct beam_echoes heard;
+        dive_hear(ears, dive, i, seed, &heard);
+        chart_enter(c, &dive->look[i], dive->look[i].at, &heard);
+    }
+    const double wrong_m3 = chart_false_free(c, 0, &behind_max_m, &free_m3);
+    printf("%s %u,%.1f,%s,%.4g,%.4g,%.3g\n", dive->world->name, (unsigned)seed, dive->world->level_db,
+           fresh_as[as].name, free_m3, wrong_m3, behind_max_m);
+    chart_free(c);
+}
+
+static void fresh(bool quick)
+{
+    struct dive_ears *ears[FRESH_EARS] = {dive_ears_make(true), dive_ears_over_mud(20)};
+
+    printf("world,level_db,setting,free_m3,false_free_m3,behind_max_m\n");
+    for (uint64_t seed = 1; seed <= (quick ? QUICK_FRESH : FRESH); seed++) {
+        const struct world world = world_drawn(seed);
+        struct dive *dive = dive_make(&world, quick ? QUICK_TURNS : TURNS, false, 0, DIVE_SOUND);
+        for (size_t as = 0; as < sizeof fresh_as / sizeof fresh_as[0]; as++)
+            fresh_row(dive, seed, ears[fresh_as[as].ears], as);
+        dive_free(dive);
+    }
+    for (size_t e = 0; e < FRESH_EARS; e++)
+        dive_ears_free(ears[e]);
 }
 
 /* ---- error against run time ---- */
@@ -582,6 +637,8 @@ int main(int argc, char **argv)
     knob_check(settings, SETTINGS);
     if (strcmp(what, "false") == 0)
         false_free(quick);
+    else if (strcmp(what, "fresh") == 0)
+        fresh(quick);
     else if (strcmp(what, "errors") == 0)
         errors(quick ? 1 : SEEDS, quick ? QUICK_TURNS : TURNS);
     else if (strcmp(what, "maps") == 0)
@@ -591,7 +648,7 @@ int main(int argc, char **argv)
     else if (strcmp(what, "count") == 0)
         count();
     else {
-        fprintf(stderr, "usage: report_water false|errors|maps|cost|count [quick]\n");
+        fprintf(stderr, "usage: report_water false|fresh|errors|maps|cost|count [quick]\n");
         return 2;
     }
     return 0;

@@ -216,22 +216,28 @@ static void give_up(const struct fault *fault)
     exit(1);
 }
 
-static struct dive_ears *ears_of(enum extract_order order, const struct cleanup_conf *cleanup, bool open_water,
-                                 double gain_db)
+static struct extract_conf as_shipped(enum extract_order order)
 {
-    struct dive_ears *ears = room(sizeof *ears);
     struct extract_conf conf;
-    struct fault fault;
 
     extract_defaults(&conf);
     conf.ring_down_m = RING_DOWN_M;
     conf.order = order;
+    return conf;
+}
+
+static struct dive_ears *ears_of(const struct extract_conf *conf, const struct cleanup_conf *cleanup,
+                                 bool open_water, double gain_db)
+{
+    struct dive_ears *ears = room(sizeof *ears);
+    struct fault fault;
+
     ears->cleanup_conf = *cleanup;
     ears->open_water = open_water;
     ears->gain_db = gain_db;
     ears->bytes = extract_size(SEA_MAX_BINS);
     ears->fresh = room(ears->bytes);
-    ears->extract = extract_init(room(ears->bytes), &conf, SEA_MAX_BINS, &fault);
+    ears->extract = extract_init(room(ears->bytes), conf, SEA_MAX_BINS, &fault);
     if (!ears->extract)
         give_up(&fault);
     memcpy(ears->fresh, ears->extract, ears->bytes);
@@ -241,7 +247,17 @@ static struct dive_ears *ears_of(enum extract_order order, const struct cleanup_
 
 struct dive_ears *dive_ears_make(bool open_water)
 {
-    return ears_of(EXTRACT_SAFE, &(struct cleanup_conf){.clip = 2.0}, open_water, 0.0);
+    const struct extract_conf conf = as_shipped(EXTRACT_SAFE);
+
+    return ears_of(&conf, &(struct cleanup_conf){.clip = 2.0}, open_water, 0.0);
+}
+
+struct dive_ears *dive_ears_over_mud(double bottom_db)
+{
+    struct extract_conf conf = as_shipped(EXTRACT_SAFE);
+
+    conf.bottom_db = bottom_db;
+    return ears_of(&conf, &(struct cleanup_conf){.clip = 2.0}, true, 0.0);
 }
 
 struct dive_ears *dive_ears_of_paper(double gain_db)
@@ -249,7 +265,9 @@ struct dive_ears *dive_ears_of_paper(double gain_db)
     static const struct cleanup_conf cleanup = {
         .median = 3, .otsu = true, .clahe = true, .clip = 2.0, .classes = true, .survivors = true};
 
-    return ears_of(EXTRACT_PAPER, &cleanup, true, gain_db);
+    const struct extract_conf conf = as_shipped(EXTRACT_PAPER);
+
+    return ears_of(&conf, &cleanup, true, gain_db);
 }
 
 void dive_ears_free(struct dive_ears *ears)

@@ -48,6 +48,9 @@ struct dive_ears;
  * water. open_water: that is promised, as by that key of [background]. Of the heap. */
 struct dive_ears *dive_ears_make(bool open_water);
 
+/** dive_ears_over_mud - the same, promised, with `bottom` of [extract] in place of what ships. */
+struct dive_ears *dive_ears_over_mud(double bottom_db);
+
 /** dive_ears_of_paper - the same, promised, with the image clean-up and the order of Oliveira, Ferreira and Cruz 2023.
  * gain_db: by so much the receiver's gain has raised the noise at the end of the range, evenly with the logarithm of
  * range from 1 m on. */

@@ -3,9 +3,12 @@
 #include "world.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "dice.h"
 
 #define CLOSE_M 0.004 /* patches of a beam are divided until they are known so well */
 #define RAY_M   1e-4  /* a ray has arrived */
@@ -189,6 +192,94 @@ double world_ray(const struct world *w, const double from[3], const double d[3],
         r += clear;
     }
     return max_m;
+}
+
+/* ---- worlds by chance ---- */
+
+static double between(struct dice *dice, double low, double high)
+{
+    return low + (high - low) * dice_uniform(dice);
+}
+
+static void lean(struct dice *dice, double low_deg, double high_deg, double *sine, double *cosine)
+{
+    const double rad = between(dice, low_deg, high_deg) * 3.14159265358979 / 180;
+
+    *sine = sin(rad);
+    *cosine = cos(rad);
+}
+
+static void draw_shaft(struct dice *dice, struct world *w)
+{
+    const double length_m = between(dice, 4, 9), width_m = between(dice, 3, 7), height_m = between(dice, 4, 9);
+    const double from_m = between(dice, 0.2, 0.6) * height_m;
+    double sine, cosine;
+
+    lean(dice, 5, 35, &sine, &cosine);
+    w->name = "drawn shaft";
+    w->water[0] = (struct world_shape){.kind = WORLD_BOX,
+                                       .p = {0, -width_m / 2, 0, length_m, width_m / 2, height_m},
+                                       .cut = {cosine, 0, sine, length_m * cosine + from_m * sine}};
+    w->from[0] = w->to[0] = between(dice, 0.8, length_m / 2);
+    w->from[1] = w->to[1] = between(dice, -0.2, 0.2) * width_m;
+    w->from[2] = WORLD_DRAWN_CLEAR_M + 0.1;
+    w->to[2] = height_m - WORLD_DRAWN_CLEAR_M - 0.1;
+}
+
+static void draw_harbour(struct dice *dice, struct world *w)
+{
+    const double towards_rad = between(dice, 0, 6.283), quay_rad = between(dice, 0, 6.283);
+    double sine, cosine;
+    unsigned n = 0;
+
+    lean(dice, 0, 35, &sine, &cosine);
+    w->name = "drawn harbour";
+    w->water[0] = (struct world_shape){.kind = WORLD_BOX, .p = {-FAR, -FAR, 0, FAR, FAR, between(dice, 4, 7)}};
+    w->solid[n++] = (struct world_shape){
+        .kind = WORLD_HALF,
+        .cut = {-sine * cos(towards_rad), -sine * sin(towards_rad), -cosine, -between(dice, 3, 5)}};
+    w->solid[n++] =
+        (struct world_shape){.kind = WORLD_HALF, .cut = {-cos(quay_rad), -sin(quay_rad), 0, -between(dice, 3, 8)}};
+    for (unsigned pile = 0; pile < 3; pile++)
+        w->solid[n++] = (struct world_shape){
+            .kind = WORLD_TUBE, .p = {between(dice, -6, 6), between(dice, -6, 6), 0, 8, between(dice, 0.1, 0.3)}};
+    w->solid[n] = (struct world_shape){
+        .kind = WORLD_CAPSULE,
+        .p = {between(dice, -4, 4), between(dice, -4, 4), 0, between(dice, -4, 4), between(dice, -4, 4), 7},
+        .thickness_m = 0.02};
+    for (int a = 0; a < 2; a++) {
+        w->from[a] = between(dice, -2, 2);
+        w->to[a] = w->from[a] + between(dice, -2, 2);
+    }
+    w->from[2] = between(dice, 0.8, 1.5);
+    w->to[2] = between(dice, 1.5, 3.5);
+}
+
+static bool is_clear(const struct world *w)
+{
+    for (int i = 0; i <= 50; i++) {
+        double at[3];
+        for (int a = 0; a < 3; a++)
+            at[a] = w->from[a] + (w->to[a] - w->from[a]) * i / 50;
+        if (world_clearance(w, at, 0) < WORLD_DRAWN_CLEAR_M)
+            return false;
+    }
+    return true;
+}
+
+struct world world_drawn(uint64_t seed)
+{
+    struct dice dice = dice_of(seed, UINT64_MAX / 2);
+    struct world w;
+
+    do {
+        w = (struct world){.low = {-10, -10, -3}, .high = {10, 10, 11}, .level_db = between(&dice, -9, 0)};
+        if (seed % 2)
+            draw_harbour(&dice, &w);
+        else
+            draw_shaft(&dice, &w);
+    } while (!is_clear(&w));
+    return w;
 }
 
 /* ---- a beam's first range ---- */

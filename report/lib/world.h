@@ -11,6 +11,8 @@
 #ifndef SONARD_REPORT_WORLD_H
 #define SONARD_REPORT_WORLD_H
 
+#include <stdint.h>
+
 #define WORLD_MAX_SHAPES 12
 
 enum world_kind {
@@ -43,6 +45,14 @@ extern const unsigned worlds_n;
 
 /** world_named - ends the program when there is no such. */
 const struct world *world_named(const char *name);
+
+/**
+ * world_drawn - one that no rule was chosen on: a shaft with a wall that leans (even seeds) or a sloping bottom before a
+ * quay, with piles and a line (odd), its sizes, angles and the softness of what lies level drawn. The vehicle's way keeps
+ * WORLD_DRAWN_CLEAR_M from everything.
+ */
+#define WORLD_DRAWN_CLEAR_M 0.6
+struct world world_drawn(uint64_t seed);
 
 /** world_clearance - at p (from the origin) at time t_s; <= 0 in a solid. */
 double world_clearance(const struct world *w, const double p[3], double t_s);

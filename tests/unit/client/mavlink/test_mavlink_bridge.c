@@ -507,7 +507,13 @@ TEST(ranges_at_the_ends)
             printf("# %s\n", rows[i].name);
         CHECK_INT(got, rows[i].want);
     }
-    CHECK_INT(mavlink_centimetres(NAN, 1000), 1);
+    static const struct {
+        double m;
+        int cm;
+    } ends[] = {{NAN, 1},     {-INFINITY, 1}, {-1e300, 1},   {-0.0, 1},       {5e-324, 1},
+                {9.995, 999}, {10, 1000},     {1e300, 1000}, {INFINITY, 1000}};
+    for (size_t i = 0; i < sizeof ends / sizeof *ends; i++)
+        CHECK_INT(mavlink_centimetres(ends[i].m, 1000), ends[i].cm);
 }
 
 TEST(water_is_free_only_where_it_is_known_from_near_on)

@@ -536,11 +536,18 @@ TEST(registers_as_numbers)
         {MODBUS_INT32, false, {0xffff, 0xfffe}, -2},
         {MODBUS_INT32, true, {0xfffe, 0xffff}, -2},
         {MODBUS_INT32, false, {0x8000, 0}, -2147483648.0},
+        {MODBUS_INT16, false, {0x8000, 7}, -32768},
+        {MODBUS_INT32, false, {0x7fff, 0xffff}, 2147483647.0},
+        {MODBUS_FLOAT32, false, {0x8000, 0}, 0},
+        {MODBUS_FLOAT32, false, {0, 1}, 0x1p-149},
+        {MODBUS_FLOAT32, false, {0x7f7f, 0xffff}, 0x1.fffffep127},
         {MODBUS_FLOAT32, false, {0x3f75, 0xf07b}, 0.960701},
         {MODBUS_FLOAT32, true, {0xf07b, 0x3f75}, 0.960701},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++)
         CHECK_NEAR(modbus_depth_number(cases[i].type, cases[i].little, cases[i].reg), cases[i].want, 1e-6, 0);
+    CHECK(isnan(modbus_depth_number(MODBUS_FLOAT32, false, (const uint16_t[2]){0x7fc0, 0})));
+    CHECK(isinf(modbus_depth_number(MODBUS_FLOAT32, true, (const uint16_t[2]){0, 0xff80})));
 }
 
 TEST(sources)
@@ -603,6 +610,9 @@ TEST(lies_are_not_believed_and_do_not_lock_out_the_truth)
     CHECK(!depth_plausible(c, 301, 5 * S, 0, 0));
     CHECK(!depth_plausible(c, -1.5, 5 * S, 0, 0));
     CHECK(!depth_plausible(c, NAN, 5 * S, 0, 0));
+    CHECK(!depth_plausible(c, INFINITY, 5 * S, 0, 0));
+    CHECK(!depth_plausible(c, -INFINITY, 5 * S, 0, 0));
+    CHECK(!depth_plausible(c, 0x1.fffffep127, 5 * S, 0, 0));
     CHECK(depth_plausible(c, 12.9, 6 * S, 10, 5 * S));
     CHECK(depth_plausible(c, 13.1, 6 * S, 10, 5 * S)); /* 3 m/s, and 0.2 m at once */
     CHECK(!depth_plausible(c, 13.3, 6 * S, 10, 5 * S));
