@@ -59,10 +59,11 @@ static json_t *level_pose(double x, double y, double z)
     return json_pack("{s:o, s:o}", "position", vector(x, y, z), "orientation", quaternion(0, 0, 0));
 }
 
-/* The bytes go to the message as they are. */
+/* The bytes go to the message as they are. Where none were put there is no memory, and NULL is no text. */
 static json_t *data_of(struct bytes *bytes)
 {
-    json_t *data = bytes->failed ? NULL : json_stringn_nocheck((const char *)bytes->data, bytes->size);
+    const char *text = bytes->size > 0 ? (const char *)bytes->data : "";
+    json_t *data = bytes->failed ? NULL : json_stringn_nocheck(text, bytes->size);
 
     free(bytes->data);
     *bytes = (struct bytes){0};

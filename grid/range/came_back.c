@@ -15,6 +15,9 @@
 #define LOOKS  2
 #define SAME_M 0.3f
 
+/* A bearing and those beside it are looked at within that time, and a turn takes longer. */
+#define BESIDE_NS 2000000000u
+
 /* Where bearings are as exact, a part of which half is missed is no matter of where its edges are. */
 #define EXACT_RAD (1 * GEO_PI / 180)
 
@@ -88,16 +91,52 @@ static void add(struct came_back_looks *looks, bool missed)
 }
 
 /* A bearing differs by what the vehicle has turned and moved, to one side and then to the other. */
-static void count_look(struct came_back *c, const struct view *v, uint32_t bearing, bool missed)
+static double astray_of(const struct came_back *c, double range_m)
+{
+    return 2 * (c->standing.turned_rad + atan2(c->standing.moved_m, range_m));
+}
+
+/* What should be at the one is at the other, as far as bearings are known, and both were looked at in one go. */
+static bool is_beside(const struct came_back_place *missed, const struct came_back_place *found,
+                      const struct view *v)
+{
+    const uint32_t apart =
+        missed->bearing > found->bearing ? missed->bearing - found->bearing : found->bearing - missed->bearing;
+    const uint64_t older_ns = missed->t_ns < found->t_ns ? missed->t_ns : found->t_ns,
+                   newer_ns = missed->t_ns < found->t_ns ? found->t_ns : missed->t_ns;
+
+    return older_ns > 0 && newer_ns - older_ns <= BESIDE_NS && missed->astray_rad >= EXACT_RAD &&
+           fmin(apart, CAME_BACK_BEARINGS - apart) <= missed->astray_rad * v->per_rad;
+}
+
+static void count_look(struct came_back *c, const struct view *v, uint32_t bearing, bool missed, uint64_t t_ns)
 {
     struct came_back_pass *pass = &c->pass;
-    const double astray_rad =
-        2 * (c->standing.turned_rad + atan2(c->standing.moved_m, (double)c->bearing[bearing].range_m));
+    const double astray_rad = astray_of(c, (double)c->bearing[bearing].range_m);
+    const struct came_back_place here = {t_ns, bearing, pass->part, astray_rad};
+    const bool sure = is_sure(c, bearing, astray_rad * v->per_rad);
 
     pass->astray_rad = fmax(pass->astray_rad, astray_rad);
-    add(&pass->all, missed);
-    if (is_sure(c, bearing, astray_rad * v->per_rad))
+    if (missed && !sure)
+        c->missed = here;
+    if (!missed || sure || !is_beside(&here, &c->found, v))
+        add(&pass->all, missed);
+    if (sure)
         add(&pass->sure, missed);
+}
+
+/* A strong echo: it may be what was missed beside it just now, also at the end of the part before. */
+static void find(struct came_back *c, const struct view *v, uint32_t bearing, uint64_t t_ns)
+{
+    struct came_back_part *before = &c->part[c->missed.part];
+
+    c->found = (struct came_back_place){.t_ns = t_ns, .bearing = bearing};
+    if (!is_beside(&c->missed, &c->found, v))
+        return;
+    if (c->missed.part == c->pass.part && c->pass.sure.missed == 0)
+        c->pass.all = (struct came_back_looks){0};
+    else if (c->missed.part != c->pass.part && before->gone_ns > c->missed.t_ns)
+        before->gone_ns = 0;
 }
 
 static bool is_gone(const struct came_back_pass *pass)
@@ -130,10 +169,11 @@ static void show(struct came_back *c, const struct echoes *e, const struct view 
     const bool due = is_due(part, at, &e->beam[beam]);
 
     if (due)
-        count_look(c, v, bearing, e->beam[beam].n == 0);
+        count_look(c, v, bearing, e->beam[beam].n == 0, e->t_ns);
     at->looked_ns = e->t_ns;
     if (!echo)
         return;
+    find(c, v, bearing, e->t_ns);
     if (due && part->gone_ns > part->since_ns && fabsf(echo->range_m - at->range_m) <= SAME_M) {
         part->gone_ns = 0;
         part->back_ns = e->t_ns;

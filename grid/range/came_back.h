@@ -48,10 +48,18 @@ struct came_back_pass {
     double astray_rad;                /* bearings may have changed by so much */
 };
 
+/* A bearing among the last looks. */
+struct came_back_place {
+    uint64_t t_ns; /* 0: there was none */
+    uint32_t bearing, part;
+    double astray_rad;
+};
+
 /* All zero: nothing was heard yet. */
 struct came_back {
     struct standing standing;
     struct came_back_pass pass;
+    struct came_back_place missed, found; /* the last edge without its echo, and the last strong echo */
     struct came_back_part part[CAME_BACK_PARTS];
     struct came_back_bearing bearing[CAME_BACK_BEARINGS];
 };
@@ -64,7 +72,8 @@ struct came_back {
  *
  * Only bearings that had a strong echo say whether the receiver hears: a look into an opening says nothing, and what
  * stands before something that has left is an echo all the same. Bearings at an edge, as near as the vehicle has turned
- * and moved meanwhile, may show it or not. O(beams).
+ * and moved meanwhile, may show it or not; what is thinner than that, as a pile, is not gone where it is found beside.
+ * O(beams).
  */
 bool came_back_run(struct came_back *c, const struct echoes *echoes);
 

@@ -127,6 +127,24 @@ TEST(echoes_are_points_with_the_left_positive)
 }
 
 /* Each ping once, the oldest first, as points in the middle of their bins. */
+/* Viewers keep the last cloud, so that nothing is there has to be told, too. */
+TEST(no_echo_and_no_bin_are_clouds_without_points)
+{
+    uint8_t none[1];
+
+    two_rows();
+    rows.row[0].n_echoes = rows.row[1].n_echoes = 0;
+    json_t *message = made("/sonar/echoes", NULL);
+    CHECK_INT(bytes_of(message, none, sizeof none), 0);
+    json_decref(message);
+
+    rows.row[0].n_bins = 0;
+    cursor = (struct view_cursor){0};
+    message = made("/sonar/ping", NULL);
+    CHECK_INT(bytes_of(message, none, sizeof none), 0);
+    json_decref(message);
+}
+
 TEST(pings_are_told_one_by_one)
 {
     uint8_t points[3 * 9 + 1];
@@ -404,6 +422,7 @@ TEST(a_time_that_is_none_is_the_beginning)
 int main(void)
 {
     RUN(echoes_are_points_with_the_left_positive);
+    RUN(no_echo_and_no_bin_are_clouds_without_points);
     RUN(pings_are_told_one_by_one);
     RUN(a_ping_of_many_bins_keeps_its_peaks);
     RUN(the_picture_lies_in_the_plane_with_the_bow_up);

@@ -174,6 +174,29 @@ TEST(who_has_moved_expects_nothing)
     }
 }
 
+/* Eight piles that a head sees in three bearings each, while it turns to and fro by more than that. */
+TEST(piles_are_not_gone_where_the_vehicle_sways)
+{
+    begin();
+    for (int look = 0; look < 20 * 400; look++) {
+        now_ns += SECOND * 3 / 100;
+        const double az_deg = 0.9 * (look % 400), yaw_deg = 2 * sin(0.0075 * look);
+        const bool pile = fabs(remainder(az_deg + yaw_deg - 5, 45)) < 1.35;
+        struct beam_echoes beam = {.az_rad = (float)geo_rad(az_deg),
+                                   .state = pile ? BEAM_ECHO : BEAM_SILENT,
+                                   .n = pile,
+                                   .heard_from_m = 0.3f,
+                                   .heard_to_m = 10};
+        quat_from_rpy(0, 0, geo_rad(yaw_deg), pose.attitude);
+        beam.echo[0] = (struct echo){.range_m = 6, .level = 8};
+        const struct echoes ping = {.t_ns = now_ns, .n_beams = 1, .turns = true, .pose = pose, .beam = &beam};
+        if (came_back_run(&mind, &ping)) {
+            CHECK_INT(look, -1);
+            return;
+        }
+    }
+}
+
 /* It ends once what came back is heard again, and not while more than a quarter of it is missed; or when nothing is
  * heard of it any more. */
 TEST(a_doubt_ends_when_it_is_heard_again)
@@ -202,6 +225,7 @@ int main(void)
     RUN(so_many_parts_are_a_doubt);
     RUN(half_of_a_part_is_enough_where_its_edges_are_known);
     RUN(who_has_moved_expects_nothing);
+    RUN(piles_are_not_gone_where_the_vehicle_sways);
     RUN(a_doubt_ends_when_it_is_heard_again);
     return test_end();
 }
