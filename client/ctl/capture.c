@@ -218,6 +218,8 @@ static int command_line(int argc, char **argv)
         case 'v':
         case 'f':
         case 'r':
+            if (form && form != c)
+                return wrong_usage("only one of --csv, --foxglove and --ros2 at a time");
             form = c;
             break;
         case 'c':

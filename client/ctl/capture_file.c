@@ -54,7 +54,8 @@ struct mcap_writer *capture_create(const char *path, const char *profile, size_t
     struct fault fault;
     int fd = open(path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
     if (fd < 0) {
-        capture_failed("%s: %s", path, strerror(errno));
+        const int why = errno;
+        capture_failed("%s: %s%s", path, strerror(why), why == EEXIST ? "; remove it first, or name another" : "");
         return NULL;
     }
     struct mcap_writer *w = mcap_create(fd, &options, &fault);

@@ -144,13 +144,15 @@ def refused(bench):
     path = bench.path("out.mcap")
     for arguments, status, why in (([bench.write("text", "no capture"), path], 1, "see above"), (["nowhere.mcap", path], 1, "nowhere.mcap"),
                                    (["--conf", "nowhere.conf", capture, path], 1, "nowhere.conf"), ([capture], 2, "two files"),
-                                   ([capture, capture], 1, "File exists")):
+                                   ([capture, capture], 1, "File exists; remove it first")):
         ran = bench.run(SONARCTL, "capture", "export", "--foxglove", *arguments)
         check(ran.returncode == status and why in ran.stderr, "%s: %d %s" % (arguments, ran.returncode, ran.stderr))
         check(not os.path.exists(path), "%s leaves a file" % arguments)
     check(not [name for name in os.listdir("/tmp") if name.startswith("sonarctl-%d" % os.getpid())], "a folder is left")
     ran = bench.run(SONARCTL, "capture", "export", capture, path)
     check(ran.returncode == 2 and "--foxglove" in ran.stderr, ran.stderr)
+    ran = bench.run(SONARCTL, "capture", "export", "--ros2", "--foxglove", capture, path)
+    check(ran.returncode == 2 and "only one of" in ran.stderr and not os.path.exists(path), ran.stderr)
 
 
 run([("export_" + f.__name__, f) for f in (foxglove, ros2, refused)])
