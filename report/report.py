@@ -378,13 +378,15 @@ class Report:
         wrong = sum(int(row["false"]) for row in rows)
         if wrong:
             sys.exit(f"report.py: {name}: {wrong} answers were false")
-        slow = sorted(rows, key=lambda row: float(row["bound_mps"]))
+        def alike(row):
+            return row["place"], row["vehicle"].split(",")[0]
+
         ordered = all(float(a["said"]) >= float(b["said"])
-                      for place in {row["place"] for row in rows}
-                      for a, b in itertools.pairwise([row for row in slow if row["place"] == place]))
+                      for a, b in itertools.permutations(rows, 2)
+                      if alike(a) == alike(b) and float(a["bound_mps"]) < float(b["bound_mps"]))
         text = "No answer was false. " + (
-            "The more is allowed for, the less is said, at each place." if ordered else
-            "**Finding: more is said in a place although more is allowed for.**")
+            "The more is allowed for, the less is said, of the same manoeuvre in the same place." if ordered else
+            "**Finding: more is said of a manoeuvre in a place although more is allowed for.**")
         print(f"{name}: {text}", flush=True)
         return text
 

@@ -5,10 +5,10 @@
  *
  * The vehicle is that of tests/lib/rov.h, in six degrees of freedom, in water that goes as fast as `current` promises
  * or less. Its pulses bound its speed as sonard-mavlink does it (speed_bound.h, VFR_HUD comes, a full battery, no
- * coasting test), and steer the head. Pings are those of tests/pilot, at the pace of the head's motor and line; worlds
- * are its harbours and basins. All goes through the daemon's pipeline and methods.
+ * coasting test but where a row says so), and steer the head. Pings are those of tests/pilot, at the pace of the head's
+ * motor and line; worlds are its harbours and basins. All goes through the daemon's pipeline and methods.
  *
- *   report_stock table [FIRST [LAST]]   of seeds FIRST to LAST (911001 to 911006; quick: 911001), for people
+ *   report_stock table [FIRST [LAST]]   of seeds FIRST to LAST (912101 to 912106; quick: 912101), for people
  *   report_stock csv [FIRST [LAST] | quick]
  *
  * STOCK_LINE=baud (921600) is the line of the head, STOCK_CONF=file another configuration.
@@ -29,7 +29,7 @@
 #include "tests/pilot/rov_bound.h"
 #include "tests/pilot/run.h"
 
-#define FIRST       911001u
+#define FIRST       912101u
 #define SEEDS       6
 #define SECTORS     72
 #define RING_M      0.75
@@ -44,13 +44,18 @@
 #define MANOEUVRE_S 12 /* ... it does what it does, until it is ... */
 #define WATCH_S     40 /* ... watched */
 
-enum manoeuvre { HOVER_POOL, HOVER_HARBOUR, CREEP, MANOEUVRES };
-
-static const struct {
+static const struct manoeuvre {
     const char *name;
     double current_mps;
-} manoeuvres[MANOEUVRES] = {
-    {"in place, 0.05 m/s", 0.05}, {"in place, 0.2 m/s", 0.2}, {"creeping, 0.05 m/s", 0.05}};
+    bool creeps, drag; /* goes ahead; its drag is as a coasting test has it */
+    const char *key, *value;
+} manoeuvres[] = {{"in place, 0.05 m/s", .current_mps = 0.05},
+                  {"in place, 0.2 m/s", .current_mps = 0.2},
+                  {"creeping, 0.05 m/s", .current_mps = 0.05, .creeps = true},
+                  {"creeping, max_speed 0.3 m/s", 0.05, true, .key = "max_speed", .value = "0.3 m/s"},
+                  {"in place, coasting test", .current_mps = 0.05, .drag = true},
+                  {"in place, station_keeping", 0.05, .key = "station_keeping", .value = "0.05 m/s"}};
+#define MANOEUVRES (sizeof manoeuvres / sizeof manoeuvres[0])
 
 static const enum pilot_place places[] = {PILOT_HARBOUR, PILOT_BASIN};
 #define PLACES (sizeof places / sizeof places[0])
@@ -65,7 +70,7 @@ struct count {
 static struct count counts[MANOEUVRES][PLACES];
 
 struct dive {
-    enum manoeuvre what;
+    const struct manoeuvre *what;
     struct rov rov;
     struct rov_sticks sticks;
     struct pilot_world world;
@@ -181,7 +186,7 @@ static void look_around(struct dive *v, struct count *n)
                    said);
     for (int i = 0; i < SECTORS; i++) {
         const double az = i * GEO_TURN / SECTORS;
-        if (v->what == CREEP && fabs(geo_wrap_pi(az)) > geo_rad(30.1))
+        if (v->what->creeps && fabs(geo_wrap_pi(az)) > geo_rad(30.1))
             continue;
         const double yaw = heading_of(&v->rov), wall_m = nearest_m(v, place_m, az + yaw, geo_rad(5));
         const double true_m = fmin(nearest_m(v, head_m, az + yaw, geo_rad(12.5)), v->look_m);
@@ -202,41 +207,74 @@ static void look_around(struct dive *v, struct count *n)
 
 /* ---- a dive ---- */
 
-static char conf_text[8192];
+#define CONF_SIZE 8192
 
-/* The scene as it is shipped, in other water. */
-static void read_conf(double current_mps)
+static void fail(const char *why)
 {
-    static char file[4096];
-    const char *path = getenv("STOCK_CONF"), *key = "\ncurrent = ";
-    FILE *f = fopen(path ? path : "config/scenes/bluerov2-stock.conf", "r");
-    const size_t n = f ? fread(file, 1, sizeof file - 1, f) : 0;
-    if (f)
-        fclose(f);
-    file[n] = '\0';
-    char *at = strstr(file, key);
-    if (!at) {
-        fputs("report_stock: run it in the root of the tree\n", stderr);
-        exit(2);
-    }
-    *at++ = '\0';
-    snprintf(conf_text, sizeof conf_text, "%s%s%g m/s%s", file, key, current_mps, strchr(at, '\n'));
+    fprintf(stderr, "report_stock: %s; run it in the root of the tree\n", why);
+    exit(2);
 }
 
-static bool begin(struct dive *v, enum manoeuvre what, enum pilot_place place, uint64_t seed)
+/* Of the file's text: that key has another value, or is the first of [vehicle]. */
+static void set(char text[CONF_SIZE], const char *key, const char *value)
+{
+    char was[CONF_SIZE], line[100];
+    snprintf(was, sizeof was, "%s", text);
+    snprintf(line, sizeof line, "\n%s = ", key);
+    char *at = strstr(was, line);
+    const char *rest = at ? strchr(at + 1, '\n') : NULL;
+    if (!at) {
+        at = strstr(was, "\n[vehicle]\n");
+        if (!at)
+            fail("the configuration has no [vehicle]");
+        rest = at += sizeof "\n[vehicle]" - 1;
+    }
+    snprintf(text, CONF_SIZE, "%.*s%s%s%s", (int)(at - was), was, line, value, rest ? rest : "\n");
+}
+
+/* The scene as it is shipped, in other water and with what else is promised. */
+static const char *read_conf(const struct manoeuvre *what)
+{
+    static char text[CONF_SIZE];
+    char value[20];
+    const char *path = getenv("STOCK_CONF");
+    FILE *f = fopen(path ? path : "config/scenes/bluerov2-stock.conf", "r");
+    const size_t n = f ? fread(text, 1, sizeof text - 1, f) : 0;
+    if (f)
+        fclose(f);
+    text[n] = '\0';
+    snprintf(value, sizeof value, "%g m/s", what->current_mps);
+    set(text, "current", value);
+    if (what->key)
+        set(text, what->key, what->value);
+    return text;
+}
+
+/* B of `--drag 0,B`, as docs/without-a-dvl.md has it measured: coasting from 1 to 0.5 m/s. One of the drawn vehicles
+ * has no water that moves with it, and is lighter than any real one: its mass counts. */
+static double coasted(const struct rov *r)
+{
+    const double a = r->linear[0], b = r->square[0], m = r->mass[0];
+    /* d of m v' = -a v - b v^2 between these speeds */
+    const double d_m = b > 0 ? m / b * log((a + b) / (a + b / 2)) : m / a / 2;
+    return 0.69 * fmin(15, m) / d_m;
+}
+
+static bool begin(struct dive *v, const struct manoeuvre *what, enum pilot_place place, uint64_t seed)
 {
     const char *line = getenv("STOCK_LINE");
-    read_conf(manoeuvres[what].current_mps);
-    if (!rig_start(conf_text))
+    if (!rig_start(read_conf(what)))
         return false;
     *v = (struct dive){.what = what,
                        .seed = seed,
                        .line_s = 10.0 * (PING360_SAMPLES_FEW + REPLY_BYTES) / (line ? atof(line) : 921600)};
     pilot_world_draw(&v->world, place, seed, &pilot_hull, 1);
-    rov_start(&v->rov, seed, false, manoeuvres[what].current_mps);
+    rov_start(&v->rov, seed, false, what->current_mps);
     v->rov.place_m[2] = v->sticks.depth_m = 10;
     v->sticks.levels = v->sticks.heads = v->sticks.deep = true;
     rov_bound_start(&v->bound, &v->rov);
+    if (what->drag)
+        v->bound.bound.conf.square_ns2pm2 = coasted(&v->rov);
     pilot_head_start(&v->head, d.conf.sonar[0].step_rad);
     v->look_m = query_look_ahead_m(&d);
     return true;
@@ -245,16 +283,17 @@ static bool begin(struct dive *v, enum manoeuvre what, enum pilot_place place, u
 /* The stick of a creep lies between a tenth and a quarter, so that a vehicle goes 0.15 to 0.3 m/s or so. */
 static void fly(struct dive *v)
 {
-    if (v->what == CREEP && v->t_s > REST_S)
+    if (v->what->creeps && v->t_s > REST_S)
         v->sticks.axis[4] = 0.12 + 0.08 * (double)(v->seed % 7) / 6;
     if (v->t_s > REST_S - 15)
         rov_steer(&v->rov, &v->sticks);
 }
 
-static void watch(enum manoeuvre what, unsigned place, uint64_t seed)
+static void watch(unsigned number, unsigned place, uint64_t seed)
 {
     static struct dive v;
-    struct count *n = &counts[what][place];
+    const struct manoeuvre *what = &manoeuvres[number];
+    struct count *n = &counts[number][place];
     if (!begin(&v, what, places[place], seed))
         exit(2);
     for (int k = 0; v.t_s < REST_S + MANOEUVRE_S + WATCH_S; k++) {
@@ -263,7 +302,7 @@ static void watch(enum manoeuvre what, unsigned place, uint64_t seed)
         if (k % 2 == 0)
             fly(&v);
         rov_step(&v.rov, TICK_S);
-        if (v.t_s < REST_S + (what == CREEP ? MANOEUVRE_S / 2 : 0)) /* the scene begins where it then is */
+        if (v.t_s < REST_S + (what->creeps ? MANOEUVRE_S / 2 : 0)) /* the scene begins where it then is */
             memcpy(v.start_m, v.rov.place_m, sizeof v.start_m);
         place_of(&v, place_m);
         place_m[2] = 0;
@@ -278,7 +317,7 @@ static void watch(enum manoeuvre what, unsigned place, uint64_t seed)
             pilot_head_steer(&v.head, &d, ns_of(v.t_s));
         if (v.t_s > 2 && v.t_s >= v.next_ping_s)
             hear(&v);
-        const bool creeps = what != CREEP || (v.speed_mps > 0.12 && v.speed_mps < 0.35);
+        const bool creeps = !what->creeps || (v.speed_mps > 0.12 && v.speed_mps < 0.35);
         if (k % ASK == 0 && v.t_s > REST_S + MANOEUVRE_S && creeps)
             look_around(&v, n);
     }
@@ -301,15 +340,16 @@ int main(int argc, char **argv)
         return 2;
     }
     puts(csv ? "vehicle,place,asked,speed_mps,bound_mps,said,seen,clear,false"
-             : "vehicle              place    asked  speed  bound   said free  and seen  clear sectors said  "
+             : "vehicle                      place    asked  speed  bound   said free  and seen  clear sectors "
+               "said  "
                "false");
-    for (int m = 0; m < MANOEUVRES; m++)
+    for (unsigned m = 0; m < MANOEUVRES; m++)
         for (unsigned p = 0; p < PLACES; p++) {
             for (uint64_t seed = first; seed <= last; seed++)
-                watch((enum manoeuvre)m, p, seed);
+                watch(m, p, seed);
             const struct count *n = &counts[m][p];
             printf(csv ? "\"%s\",%s,%u,%.2f,%.2f,%.1f,%.1f,%.1f,%u\n"
-                       : "%-20s %-8s %5u   %4.2f   %4.2f      %4.0f %%    %4.0f %%              %4.0f %%  %5u\n",
+                       : "%-28s %-8s %5u   %4.2f   %4.2f      %4.0f %%    %4.0f %%              %4.0f %%  %5u\n",
                    manoeuvres[m].name, pilot_place_name[places[p]], n->asked, n->speed_mps / fmax(1, n->asked),
                    n->bound_mps / fmax(1, n->asked), percent(n->said_m, n->free_m), percent(n->seen_m, n->free_m),
                    percent(n->said_clear, n->clear), n->wrong);

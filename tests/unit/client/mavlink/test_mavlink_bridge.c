@@ -337,6 +337,62 @@ TEST(another_autopilot_brings_its_own_clock)
     CHECK_INT(pose.has, MAVLINK_POSE_ATTITUDE);
 }
 
+/* A sample of the thrusters and an attitude, of an autopilot whose clock is ahead by so much. */
+static void give_pulses(struct mavlink_vehicle *v, const uint8_t from[2], uint32_t ms, uint32_t ahead_ms, int us)
+{
+    const uint32_t boot_ms = 100000 + ms + ahead_ms;
+    const struct mavlink_attitude level = {.time_boot_ms = boot_ms};
+    struct mavlink_servo_output_raw m = {.time_usec = boot_ms * 1000};
+    for (int k = 0; k < 6; k++)
+        m.servo[k] = (uint16_t)us;
+    give(v, from[0], from[1], MAVLINK_ATTITUDE, &level, START + ms * MS);
+    give(v, from[0], from[1], MAVLINK_SERVO_OUTPUT_RAW, &m, START + ms * MS);
+}
+
+static void give_params(struct mavlink_vehicle *v)
+{
+    struct mavlink_param_value m = {0};
+    while (mavlink_thrusters_ask(&v->thrusters, true, m.param_id)) {
+        int n = 0;
+        m.param_value = 1; /* FRAME_CONFIG, MOT_n_DIRECTION */
+        if (sscanf(m.param_id, "SERVO%d", &n) == 1)
+            m.param_value = n <= 6 ? (float)(32 + n) : 0;
+        give(v, 7, 1, MAVLINK_PARAM_VALUE, &m, START);
+    }
+}
+
+TEST(the_autopilots_thrusters_alone_bound_the_speed)
+{
+    static const uint8_t own[2] = {7, 1}, gimbal[2] = {7, 154}, other[2] = {9, 1};
+    const struct mavlink_heartbeat armed = {.type = 12, .autopilot = 3, .base_mode = 209};
+    struct mavlink_vehicle v = vehicle_at_start(1013);
+    double mps[2];
+    uint64_t t_ns;
+    uint32_t ms = 0;
+    give_params(&v);
+    for (; ms < 60000; ms += 50) {
+        give(&v, 7, 1, MAVLINK_HEARTBEAT, &submarine, START + ms * MS);
+        give(&v, 7, 154, MAVLINK_HEARTBEAT, &armed, START + ms * MS);
+        give(&v, 9, 1, MAVLINK_HEARTBEAT, &armed, START + ms * MS);
+        give_pulses(&v, own, ms, 0, 1500);
+        give_pulses(&v, gimbal, ms, 0, 1900);
+        give_pulses(&v, other, ms, 0, 1900);
+        mavlink_thrusters_take(&v.thrusters, &t_ns, mps);
+    }
+    CHECK(!v.thrusters.armed);
+    CHECK_INT(mavlink_thrusters_why(&v.thrusters, START + ms * MS), MAVLINK_BOUND);
+    CHECK(mps[0] < 0.3);
+    /* another one with the same ids: nobody knows whose thrusters they are */
+    for (const uint32_t end_ms = ms + 5000; ms < end_ms; ms += 50) {
+        give(&v, 7, 1, MAVLINK_HEARTBEAT, &submarine, START + ms * MS);
+        give_pulses(&v, own, ms, 0, 1500);
+        give_pulses(&v, own, ms, 30000, 1900);
+        if (end_ms - ms < 4000)
+            CHECK(mavlink_thrusters_why(&v.thrusters, START + ms * MS) != MAVLINK_BOUND || v.thrusters.mps[0] > 2);
+    }
+    CHECK_INT(mavlink_thrusters_why(&v.thrusters, START + ms * MS), MAVLINK_NO_CLOCK);
+}
+
 TEST(at_most_fifty_poses_a_second)
 {
     uint64_t random = test_seed();
@@ -946,6 +1002,7 @@ int main(void)
     RUN(values_that_cannot_be_are_refused);
     RUN(what_was_stuck_for_seconds_on_its_way_is_refused);
     RUN(another_autopilot_brings_its_own_clock);
+    RUN(the_autopilots_thrusters_alone_bound_the_speed);
     RUN(at_most_fifty_poses_a_second);
     RUN(a_second_message_of_the_same_time_is_no_second_pose);
     RUN(every_field_of_the_distances);

@@ -123,6 +123,8 @@ struct outcome {
     uint64_t poses, refused;
     double least_depth_m, most_depth_m;
     double worst_s; /* between a pose's time and its arrival */
+    enum mavlink_no_bound no_bound;
+    bool wired; /* the autopilot's parameters were all in the log */
 };
 
 static struct outcome fly(const struct log *log, int barometer)
@@ -156,6 +158,9 @@ static struct outcome fly(const struct log *log, int barometer)
         }
     }
     out.refused = vehicle.refused;
+    char id[MAVLINK_PARAM_ID];
+    out.wired = !mavlink_thrusters_ask(&vehicle.thrusters, true, id);
+    out.no_bound = mavlink_thrusters_why(&vehicle.thrusters, vehicle.thrusters.heard_ns);
     return out;
 }
 
@@ -184,6 +189,16 @@ TEST(poses_come_at_the_attitudes_rate)
     CHECK(b.least_depth_m > -0.5 && b.most_depth_m < 1.0); /* its README: 1033 hPa, at the surface */
 }
 
+/* Two samples of the thrusters a second, as ArduSub sends them unasked, bound nothing. */
+TEST(at_the_logs_rate_thrusters_bound_nothing)
+{
+    const struct outcome a = fly(&floating, 2), b = fly(&diving, 2);
+
+    CHECK(a.no_bound != MAVLINK_BOUND);
+    CHECK_INT(b.no_bound, MAVLINK_NO_MESSAGES);
+    CHECK(b.wired);
+}
+
 /* Both stay at the surface, where nothing shows which barometer is outside: the hull's reads 996 hPa, 0.2 m up. */
 TEST(at_the_surface_no_barometer_is_believed)
 {
@@ -204,6 +219,7 @@ int main(void)
     RUN(every_packet_of_the_floating_vehicle);
     RUN(every_packet_of_the_vehicle_with_a_downward_sonar);
     RUN(poses_come_at_the_attitudes_rate);
+    RUN(at_the_logs_rate_thrusters_bound_nothing);
     RUN(at_the_surface_no_barometer_is_believed);
     free(floating.bytes);
     free(diving.bytes);

@@ -142,6 +142,7 @@ TEST(what_cannot_be_known_is_no_bound)
                {"FRAME_CONFIG", -1, MAVLINK_NO_FRAME},      {"FRAME_CONFIG", 1, MAVLINK_NO_MOTORS},
                {"MOT_3_DIRECTION", 0, MAVLINK_NO_MOTORS},   {"SERVO2_FUNCTION", 0, MAVLINK_NO_MOTORS},
                {"SERVO2_FUNCTION", 53, MAVLINK_NO_STICKS},  {"SERVO2_FUNCTION", 60, MAVLINK_NO_MOTORS},
+               {"SERVO2_FUNCTION", 66, MAVLINK_NO_MOTORS},  {"SERVO14_FUNCTION", 56, MAVLINK_NO_STICKS},
                {"SERVO14_FUNCTION", 51, MAVLINK_NO_STICKS}, {"SERVO9_FUNCTION", 33, MAVLINK_NO_MOTORS},
                {"SERVO9_FUNCTION", 82, MAVLINK_NO_MOTORS}};
     for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
