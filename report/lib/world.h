@@ -47,9 +47,9 @@ extern const unsigned worlds_n;
 const struct world *world_named(const char *name);
 
 /**
- * world_drawn - one that no rule was chosen on: a shaft with a wall that leans (even seeds) or a sloping bottom before a
- * quay, with piles and a line (odd), its sizes, angles and the softness of what lies level drawn. The vehicle's way keeps
- * WORLD_DRAWN_CLEAR_M from everything.
+ * world_drawn - one that no rule was chosen on: a shaft with a wall that leans (even seeds) or a sloping bottom before
+ * a quay, with piles and a line (odd), its sizes, angles and the softness of what lies level drawn. The vehicle's way
+ * keeps WORLD_DRAWN_CLEAR_M from everything.
  */
 #define WORLD_DRAWN_CLEAR_M 0.6
 struct world world_drawn(uint64_t seed);
