@@ -303,8 +303,7 @@ static float cut_elevation(const struct echoes *e)
 
 /* The edge's water is free so much farther aside than half power: to where the two-way pattern has lost 9 dB. What
  * stands there would be heard as far as surface_to_m: free_water_aside. Of a beam that reaches as far as across it
- * nobody
- * knows what it hears beyond. */
+ * nobody knows what it hears beyond. */
 #define EDGE_WIDER 1.22f
 
 static struct voxmap_width width_of(const struct echoes *e, enum cast_shape shape)
