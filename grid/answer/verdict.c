@@ -110,10 +110,8 @@ static struct store_now now_of(const struct verdict *v)
 static void ask_from(struct verdict *v, size_t part, double from_m)
 {
     const struct ask_question q = question_from(v, part, from_m);
-    for (size_t k = v->all ? 0 : part; k < (v->all ? v->parts : part + 1); k++) {
+    for (size_t k = v->all ? 0 : part; k < (v->all ? v->parts : part + 1); k++)
         v->part[k].start_m = from_m;
-        v->part[k].starts++;
-    }
     ask_begin(&v->ask, v->view, v->n, &q);
     v->asking = true;
 }
@@ -366,18 +364,22 @@ static double round_up(double range_m)
     return ceil(range_m / STEP_M) * STEP_M;
 }
 
-/* Where beyond from_m, along the line on which it ends, the water begins to be free, or a corridor ends; INFINITY:
- * nowhere. */
-static double begins_m(const struct verdict *v, const struct verdict_part *part, double from_m, double most_m)
+/* Where from from_m on the tile in which it ended the last time begins to be free; INFINITY: nowhere before most_m. */
+static double tile_begins_m(struct verdict *v, const struct verdict_part *part, double from_m, double most_m)
 {
-    const struct water_tile line = {{part->line_at[0], part->line_at[1], part->line_at[2]}, LOOK_RAD};
+    const struct ask_stretch within = {from_m, most_m};
+    return from_m < most_m ? ask_begins_m(&v->ask, v->view, v->n, &part->tile, &within) : INFINITY;
+}
+
+/* Where beyond from_m that is, or a corridor leaves the tile. */
+static double begins_m(struct verdict *v, const struct verdict_part *part, double from_m, double most_m)
+{
+    const struct water_tile cone = tiles_cone(&part->tile);
     struct ask_stretch asked;
-    double least_m = INFINITY;
-    if (v->query.line.corridor && question_stretch(&v->ask.question, &line, v->ask.question.asked.to_m, &asked) &&
+    double least_m = tile_begins_m(v, part, from_m + STEP_M, most_m);
+    if (v->query.line.corridor && question_stretch(&v->ask.question, &cone, v->ask.question.asked.to_m, &asked) &&
         asked.to_m < most_m)
-        least_m = asked.to_m;
-    for (int i = 0; i < v->n; i++)
-        least_m = fmin(least_m, begins_by(&v->view[i], &line, from_m, most_m));
+        least_m = fmin(least_m, asked.to_m);
     return round_up(v->query.line.corridor ? fmax(least_m, MORE * from_m) : least_m);
 }
 
@@ -452,11 +454,20 @@ static double range_of(const struct verdict *v, const double at[3], double measu
     return ahead > 0 ? fmin(measure_m / ahead, wall_m) : wall_m;
 }
 
+static void end_here(struct verdict_part *part, double end_m)
+{
+    memcpy(part->end_at, part->line_at, sizeof part->end_at);
+    part->end_m = end_m;
+}
+
 /* What was found from start_m on: rather what begins where it is promised. Why the water ends is told of the look
  * from `near` on, or of the one that found some. */
 static void take_water(struct verdict *v, struct verdict_part *part, const struct ask_answer *water)
 {
     const bool found = water->free_to_m > part->start_m, counts = part->start_m <= part->promised_m;
+    part->starts++;
+    part->ends = geo_length(water->at) > 0;
+    part->tile = water->tile;
     if (part->stage == VERDICT_BEYOND) {
         part->free_m = fmax(part->free_m, water->free_to_m);
         return;
@@ -472,10 +483,8 @@ static void take_water(struct verdict *v, struct verdict_part *part, const struc
     const double end_m = fmax(range_of(v, water->at, water->free_to_m), part->start_m);
     memcpy(part->line_at, water->at, sizeof part->line_at);
     draw_into_question(v, end_m, part->line_at);
-    if ((found && counts) || (!part->found && part->start_m == near_of(v))) {
-        memcpy(part->end_at, part->line_at, sizeof part->end_at);
-        part->end_m = end_m;
-    }
+    if ((found && counts) || (!part->found && part->start_m == near_of(v)))
+        end_here(part, end_m);
 }
 
 /* From here on something else than the records says that the water is not free. */
@@ -505,7 +514,7 @@ static bool counts_to(const struct verdict_part *part, double to_m)
 
 /* Where along the line on which nothing was free the water begins within `near`, and then `near` itself: that and what
  * is tried after it do not depend on what was found before. Negative: nothing more is to be asked. */
-static double next_within(const struct verdict *v, struct verdict_part *part)
+static double next_within(struct verdict *v, struct verdict_part *part)
 {
     if (counts_to(part, near_of(v)))
         return -1;
@@ -519,7 +528,7 @@ static double next_within(const struct verdict *v, struct verdict_part *part)
 
 /* Up to where `near` holds; half as far, and again, as long as that is not the vehicle itself; then beyond it, where
  * the water begins, or begins again. Negative: nowhere else. These are the same places for all distances. */
-static double next_start(const struct verdict *v, struct verdict_part *part)
+static double next_start(struct verdict *v, struct verdict_part *part)
 {
     if (part->starts == VERDICT_STARTS)
         return -1;
@@ -568,6 +577,19 @@ static void finish(struct verdict *v, struct verdict_part *part, enum answer_rea
         a->confidence = fmax(0, 1 - a->age_s / v->by.conf->clear_for_s);
 }
 
+/* Is nothing free from there on, for the tile in which it ended is not? Of a corridor a tile may not be asked there. */
+static bool fails_again(struct verdict *v, struct verdict_part *part, double from_m)
+{
+    if (!part->ends || v->query.line.corridor || part->stage == VERDICT_BEYOND ||
+        tile_begins_m(v, part, from_m, from_m + WATER_GRID_M) <= from_m)
+        return false;
+    part->start_m = from_m;
+    part->starts++;
+    if (!part->found && from_m == near_of(v))
+        end_here(part, from_m);
+    return true;
+}
+
 /* The next part is asked once more, or settled. */
 static void settle(struct verdict *v)
 {
@@ -579,7 +601,8 @@ static void settle(struct verdict *v)
         from_m = part->free_m;
     }
     if (from_m >= 0) {
-        ask_from(v, v->next, from_m);
+        if (!fails_again(v, part, from_m))
+            ask_from(v, v->next, from_m);
         return;
     }
     finish(v, part, known ? ANSWER_HEARD : reason_of_end(v, part));

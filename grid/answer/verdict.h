@@ -48,6 +48,8 @@ struct verdict_part {
     bool found;     /* some of it is free: */
     double from_m, free_m;
     uint64_t oldest_ns;      /* the record that this rests on; 0: on none */
+    bool ends;               /* the last time it was not free as far as asked ... */
+    struct tile_index tile;  /* ... in this tile */
     double line_at[3];       /* in which direction it was free no farther the last time, ... */
     double end_at[3], end_m; /* ... and in which one, and where, when it was asked first, or found */
 };

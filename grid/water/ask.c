@@ -220,6 +220,7 @@ static void settle(struct ask *a, const struct ask_tile *w)
             continue;
         part->best_m = w->measure_m;
         memcpy(part->at, cone.v, sizeof part->at);
+        part->tile = w->tile;
     }
     a->over = a->question.asked.stops && a->part[0].best_m < a->question.asked.to_m;
 }
@@ -335,11 +336,19 @@ void ask_begin(struct ask *a, const struct water_view *view, int n, const struct
     question_begin(&a->question, question);
     for (size_t k = 0; k < a->question.parts; k++)
         a->part[k] = (struct ask_part){.best_m = question->to_m};
+    a->probe = 0;
     a->row = 0;
     a->roots = a->next = a->levels = 0;
     a->pass.of = ASK_NO_TILE;
     a->sorted = a->over = false;
     a->column = question_columns(&a->question, 0, &a->columns_left);
+}
+
+static void begin_probe(struct ask *a, const double v[3])
+{
+    const struct tile_index tile = tiles_at(v, a->question.asked.levels - 1);
+    if (begin_root(a, &tile))
+        a->pass.of = ASK_PROBE;
 }
 
 /* The next root of the rows; false: there is none left. */
@@ -359,8 +368,14 @@ static bool next_root(struct ask *a, struct tile_index *root)
 static bool begin_tile(struct ask *a)
 {
     struct tile_index root;
+    double v[3];
     if (a->levels) {
         refine(a);
+        return true;
+    }
+    if (question_probe(&a->question, a->probe, v)) {
+        a->probe++;
+        begin_probe(a, v);
         return true;
     }
     if (!a->sorted && next_root(a, &root)) {
@@ -382,6 +397,8 @@ static void end_tile(struct ask *a)
 {
     if (a->pass.of == ASK_ROOT)
         list_root(a);
+    else if (a->pass.of == ASK_PROBE)
+        settle(a, &a->pass.tile);
     else if (a->pass.of == ASK_ROOT_AGAIN)
         open_tile(a, &a->pass.tile);
     else
@@ -402,10 +419,27 @@ bool ask_step(struct ask *a)
     return !a->over;
 }
 
+double ask_begins_m(struct ask *a, const struct water_view *view, int n, const struct tile_index *tile,
+                    const struct ask_stretch *within)
+{
+    const struct ask_tile whole = {
+        .tile = *tile, .asked = *within, .limit_m = within->to_m, .n = 1, .open = {*within}};
+    const struct ask_tile *now = &a->pass.now;
+    const struct water_tile cone = tiles_cone(tile);
+    a->view = view;
+    a->n = n;
+    begin_pass(a, &whole);
+    for (; a->pass.record < n && !is_said(a, now, a->pass.record); a->pass.record++)
+        pass_record(a, &cone, a->pass.record);
+    const bool at_once = now->n == 0 || now->open[0].from_m > within->from_m;
+    const double begin_m = at_once ? within->from_m : now->open[0].to_m;
+    return begin_m < now->limit_m ? begin_m : INFINITY;
+}
+
 struct ask_answer ask_end(const struct ask *a, size_t part)
 {
     const struct ask_part *p = &a->part[part];
-    struct ask_answer answer = {.free_to_m = p->best_m, .at = {p->at[0], p->at[1], p->at[2]}, .oldest = -1};
+    struct ask_answer answer = {.free_to_m = p->best_m, .at = {p->at[0], p->at[1], p->at[2]}, .tile = p->tile, .oldest = -1};
     for (int i = 0; i < a->n; i++)
         if (p->used[i / 64] >> (i % 64) & 1) {
             answer.records++;

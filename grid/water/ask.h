@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * ask - how far the water is free in the directions of a question: its tiles, coarse first and finer where the answer
- * hangs on them, each from the newest record to the oldest. The newest that says something of a stretch wins.
+ * hangs on them, each from the newest record to the oldest. The newest that says something of a stretch wins. A few of
+ * the smallest tiles come before all others: what is not free there need not be asked farther anywhere else.
  */
 #ifndef SONARD_WATER_ASK_H
 #define SONARD_WATER_ASK_H
@@ -13,6 +14,7 @@
 struct ask_answer {
     double free_to_m; /* free to here, in the question's measure; of a cone or a part near_m: nothing is */
     double at[3];     /* in which direction, NED, it is free no farther; 0 0 0: it is so far as was asked */
+    struct tile_index tile; /* ... and in which tile */
     int records;      /* it rests on so many ... */
     int oldest;       /* ... of which this is the oldest; -1: none */
 };
@@ -55,7 +57,7 @@ struct ask_pass {
     struct ask_mixed mixed;
     int record;
     bool parted;
-    enum { ASK_NO_TILE, ASK_ROOT, ASK_ROOT_AGAIN, ASK_PART } of;
+    enum { ASK_NO_TILE, ASK_PROBE, ASK_ROOT, ASK_ROOT_AGAIN, ASK_PART } of;
 };
 
 /* A tile whose parts are being asked. */
@@ -69,6 +71,7 @@ struct ask_level {
 /* A part of the question, by the tiles that are settled. */
 struct ask_part {
     double best_m, at[3];
+    struct tile_index tile;
     uint64_t used[ASK_WORDS]; /* set of the records that they rest on */
 };
 
@@ -79,6 +82,7 @@ struct ask {
     struct question_shape question;
     struct ask_part part[ASK_PARTS];
     bool over;                          /* nothing that is left can change what was asked */
+    size_t probe;                       /* the next one */
     uint32_t row, column, columns_left; /* of the roots: the next one */
     bool sorted;
     struct ask_root root[TILES_ROOTS]; /* not settled yet, the worst first once they are sorted */
@@ -95,6 +99,11 @@ void ask_begin(struct ask *a, const struct water_view *view, int n, const struct
 /** ask_step - some of the work; false: all is done. Cost: below a millisecond, as a rule; that of one record and tile
  * at the most. */
 bool ask_step(struct ask *a);
+
+/** ask_begins_m - where from from_m on the tile begins to be free by those records, before to_m; INFINITY: nowhere.
+ * What was asked before is over. Cost: that of one tile. */
+double ask_begins_m(struct ask *a, const struct water_view *view, int n, const struct tile_index *tile,
+                    const struct ask_stretch *within);
 
 /** ask_end - the answer about a part, once ask_step has nothing left. */
 struct ask_answer ask_end(const struct ask *a, size_t part);

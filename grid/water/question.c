@@ -296,6 +296,50 @@ struct question_run question_run(const struct question_shape *q, const struct wa
     return (struct question_run){0, reach >= GEO_PI || geo_dot(tile->v, q->asked.axis) >= cos(reach) - 1e-12};
 }
 
+#define PROBES_PART 3
+#define PROBES_CONE 5
+
+/* Of a part of a band: at its lower rim, in its middle and at its upper rim. */
+static void probe_band(const struct ask_band *band, size_t i, double v[3])
+{
+    const double turn = GEO_TURN / (double)band->parts;
+    const double az = band->parts > 1 ? (double)(i / PROBES_PART) * turn : band->from_rad + band->width_rad / 2;
+    geo_direction(az, band->lo_rad + (band->hi_rad - band->lo_rad) * (double)(i % PROBES_PART) / 2, v);
+    quat_rotate(band->attitude, v, v);
+}
+
+/* Of a cone: its axis, and four directions of its rim. */
+static void probe_cone(const double axis[3], double half_rad, size_t i, double v[3])
+{
+    const double any[3] = {fabs(axis[0]) < 0.7, fabs(axis[0]) >= 0.7, 0};
+    const double turn = (double)i * GEO_TURN / 4, aside = i ? sin(half_rad) : 0, along = i ? cos(half_rad) : 1;
+    double right[3], down[3];
+    cross(axis, any, right);
+    scale(right, 1 / geo_length(right));
+    cross(axis, right, down);
+    for (int k = 0; k < 3; k++)
+        v[k] = along * axis[k] + aside * (cos(turn) * right[k] + sin(turn) * down[k]);
+}
+
+bool question_probe(const struct question_shape *q, size_t i, double v[3])
+{
+    switch (q->asked.kind) {
+    case ASK_CONE:
+        probe_cone(q->asked.axis, q->asked.half_rad, i, v);
+        return i < PROBES_CONE;
+    case ASK_CORRIDOR:
+    case ASK_MOVE:
+        memcpy(v, q->asked.axis, sizeof q->asked.axis);
+        return i < 1;
+    case ASK_AROUND:
+        probe_band(&q->asked.band, i, v);
+        return i < PROBES_PART * q->parts;
+    case ASK_STAY:
+        break;
+    }
+    return false;
+}
+
 bool question_stretch(const struct question_shape *q, const struct water_tile *tile, double to_m,
                       struct ask_stretch *s)
 {

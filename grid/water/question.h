@@ -88,6 +88,10 @@ uint32_t question_columns(const struct question_shape *q, uint32_t row, uint32_t
 /** question_run - the parts that the tile may touch; n = 0: none. */
 struct question_run question_run(const struct question_shape *q, const struct water_tile *tile);
 
+/** question_probe - direction number i that is asked, into v: a few of each part, in the middle and at the rim. False:
+ * there is no such number. */
+bool question_probe(const struct question_shape *q, size_t i, double v[3]);
+
 /** question_stretch - the ranges that are asked of it, for the question up to_m in its measure. False: none. */
 bool question_stretch(const struct question_shape *q, const struct water_tile *tile, double to_m,
                       struct ask_stretch *stretch);

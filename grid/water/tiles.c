@@ -20,6 +20,20 @@ struct tile_index tiles_part(const struct tile_index *tile, int part)
                                (uint16_t)(2 * tile->column + part % 2)};
 }
 
+static uint16_t part_of(double share, uint32_t parts)
+{
+    return (uint16_t)fmax(0, fmin(floor(share * parts), parts - 1));
+}
+
+struct tile_index tiles_at(const double v[3], int level)
+{
+    double az, el;
+    geo_angles(v, &az, &el);
+    const uint16_t row = part_of(el / GEO_PI + 0.5, (uint32_t)TILES_ROWS << level);
+    const uint32_t columns = tiles_columns((uint32_t)row >> level) << level;
+    return (struct tile_index){(uint8_t)level, row, part_of(geo_wrap(az) / GEO_TURN, columns)};
+}
+
 /*
  * The square of half the chord between two directions is that of half their elevations' difference and of half their
  * azimuths', the latter times both cosines; and sin(x / 2) <= x / 2. An arc is longer than its chord by less than a

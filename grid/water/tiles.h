@@ -28,6 +28,9 @@ uint32_t tiles_columns(uint32_t row);
 /** tiles_part - part 0..3 of a tile that is not of the last level. */
 struct tile_index tiles_part(const struct tile_index *tile, int part);
 
+/** tiles_at - the tile of that level in which the unit vector v, NED, lies. */
+struct tile_index tiles_at(const double v[3], int level);
+
 /** tiles_cone - the least cone, but for a thousandth, that holds the tile. */
 struct water_tile tiles_cone(const struct tile_index *tile);
 
