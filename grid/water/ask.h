@@ -12,11 +12,11 @@
 #define ASK_RECORDS 512
 
 struct ask_answer {
-    double free_to_m; /* free to here, in the question's measure; of a cone or a part near_m: nothing is */
-    double at[3];     /* in which direction, NED, it is free no farther; 0 0 0: it is so far as was asked */
+    double free_to_m;       /* free to here, in the question's measure; of a cone or a part near_m: nothing is */
+    double at[3];           /* in which direction, NED, it is free no farther; 0 0 0: it is so far as was asked */
     struct tile_index tile; /* ... and in which tile */
-    int records;      /* it rests on so many ... */
-    int oldest;       /* ... of which this is the oldest; -1: none */
+    int records;            /* it rests on so many ... */
+    int oldest;             /* ... of which this is the oldest; -1: none */
 };
 
 /* A root tile whose parts are to be asked, by what its first pass found. */

@@ -126,26 +126,22 @@ static struct thick thick_of(const struct deciding *k, const struct point *a, co
                           .far_m = far_m};
 }
 
-/* Tangents of the azimuths; false: all of them, for all that is known. */
-static bool azimuths(const struct deciding *k, const struct thick *s, struct span *out)
+/* Tangents of the axis' azimuths; false: it may have all of them. */
+static bool axis_azimuths(const struct thick *s, struct span *out)
 {
-    const double from[2] = {s->a.ahead, s->a.right};
-    const double tau = tan_of_ball(s->aside_m, least_away(from, k->v, 2, s->b.t_m - s->a.t_m));
-    if (tau < 0 || s->a.ahead <= 0 || s->b.ahead <= 0)
+    if (s->a.ahead <= 0 || s->b.ahead <= 0)
         return false;
     *out = (struct span){INFINITY, -INFINITY};
     take(out, s->a.right / s->a.ahead);
     take(out, s->b.right / s->b.ahead);
-    *out = wider(*out, tau);
     return true;
 }
 
-/* Tangents of the elevations. up / level has one extremum along a line at the most: where its derivative, which is
+/* Tangents of its elevations. up / level has one extremum along a line at the most: where its derivative, which is
  * linear in t but for a positive factor, is 0. */
-static bool elevations(const struct deciding *k, const struct thick *s, struct span *out)
+static bool axis_elevations(const struct deciding *k, const struct thick *s, struct span *out)
 {
-    const double tau = tan_of_ball(s->up_m, s->close_m);
-    if (tau < 0 || s->a.level <= 0 || s->b.level <= 0)
+    if (s->a.level <= 0 || s->b.level <= 0)
         return false;
     *out = (struct span){INFINITY, -INFINITY};
     take(out, s->a.up / s->a.level);
@@ -159,6 +155,25 @@ static bool elevations(const struct deciding *k, const struct thick *s, struct s
             return false;
         take(out, turn.up / turn.level);
     }
+    return true;
+}
+
+/* Tangents of the azimuths; false: all of them, for all that is known. */
+static bool azimuths(const struct deciding *k, const struct thick *s, struct span *out)
+{
+    const double from[2] = {s->a.ahead, s->a.right};
+    const double tau = tan_of_ball(s->aside_m, least_away(from, k->v, 2, s->b.t_m - s->a.t_m));
+    if (tau < 0 || !axis_azimuths(s, out))
+        return false;
+    *out = wider(*out, tau);
+    return true;
+}
+
+static bool elevations(const struct deciding *k, const struct thick *s, struct span *out)
+{
+    const double tau = tan_of_ball(s->up_m, s->close_m);
+    if (tau < 0 || !axis_elevations(k, s, out))
+        return false;
     *out = wider(*out, tau);
     return true;
 }
@@ -200,6 +215,49 @@ static struct touched touch(const struct deciding *k, const struct thick *s)
     return t;
 }
 
+/* ---- what every part of a stretch touches ---- */
+
+/* Of a span of the axis what lies within atan(tau) of all of it; low > high: nothing does. */
+static struct span common(struct span s, double tau)
+{
+    const double low = 1 + s.high * tau, high = 1 - s.low * tau;
+    return (struct span){low > 0 ? (s.high - tau) / low : -INFINITY, high > 0 ? (s.low + tau) / high : INFINITY};
+}
+
+/* How far the tile's water is from its axis in every part of the stretch, as seen from the sensor. */
+static double least_tan(const struct deciding *k, const struct thick *s, double turned_rad, double spread_m,
+                        double away_m)
+{
+    const double thick_m = k->view->margin_m + s->a.t_m * k->half_rad + turned_rad * s->close_m + spread_m;
+    return tan_of_ball(thick_m, away_m);
+}
+
+/* inside: of what every part of the stretch touches all is in the image. any: they all touch `part` of it. */
+static struct touched touched_by_all(const struct deciding *k, const struct thick *s)
+{
+    const struct water_image *image = &k->view->record->image;
+    const double *spread_m = k->view->record->spread_m;
+    struct touched t = {.inside = true};
+    struct span az, el;
+    if (!axis_azimuths(s, &az) || !axis_elevations(k, s, &el))
+        return t;
+    const double tau_az = least_tan(k, s, k->view->margin_rad, spread_m[1], fmax(s->a.level, s->b.level));
+    const double tau_el = least_tan(k, s, k->view->lift_rad, spread_m[2], s->far_m);
+    if (tau_az < 0 || tau_el < 0)
+        return t;
+    az = common(az, tau_az);
+    el = common(el, tau_el);
+    if (az.low > az.high || el.low > el.high)
+        return t;
+    t.inside = az.low >= image->tan_az[0] && az.high <= image->tan_az[image->columns] &&
+               el.low >= image->tan_el[0] && el.high <= image->tan_el[image->rows];
+    t.any = az.high >= image->tan_az[0] && az.low <= image->tan_az[image->columns] &&
+            el.high >= image->tan_el[0] && el.low <= image->tan_el[image->rows];
+    find_part(image->tan_az, image->columns, &az, t.part.column);
+    find_part(image->tan_el, image->rows, &el, t.part.row);
+    return t;
+}
+
 /* ---- the decision ---- */
 
 /* What is said of a stretch as a whole; mixed: parts of it may be told otherwise. */
@@ -232,6 +290,20 @@ static struct water_piece judge(const struct deciding *k, const struct thick *s)
     return piece;
 }
 
+/* May a part of a stretch that is mixed be told otherwise than the whole? Not where what all of them touch is in the way
+ * of each: then only smaller tiles may. */
+static bool is_divided(const struct deciding *k, const struct thick *s, const struct water_piece *whole)
+{
+    const struct touched all = touched_by_all(k, s);
+    struct water_cell cell = {.least = UINT16_MAX, .ends = WATER_NO_END};
+    if (all.any)
+        cell = water_image_of(&k->view->record->image, &all.part);
+    const bool may_free = all.inside && s->close_m <= (cell.least + 1) * WATER_UNIT_M &&
+                          s->far_m + s->along_m >= cell.from * WATER_UNIT_M;
+    const bool all_end = cell.ends != WATER_NO_END && s->close_m > cell.ends * WATER_UNIT_M;
+    return may_free || (whole->says == WATER_ENDED && !all_end);
+}
+
 /* The roundest multiple of the grid between two ranges; negative: there is none. */
 static double between(double grid_m, double from_m, double to_m)
 {
@@ -251,7 +323,7 @@ static void decide(const struct deciding *k, const struct point *a, const struct
     k->out->judged++;
     const struct thick s = thick_of(k, a, b);
     const struct water_piece piece = judge(k, &s);
-    const double at_m = piece.mixed ? between(k->grid_m, a->t_m, b->t_m) : -1;
+    const double at_m = piece.mixed && is_divided(k, &s, &piece) ? between(k->grid_m, a->t_m, b->t_m) : -1;
     if (at_m < 0) {
         add(k->out, &piece);
         return;
