@@ -364,11 +364,17 @@ static double round_up(double range_m)
     return ceil(range_m / STEP_M) * STEP_M;
 }
 
-/* Where from from_m on the tile in which it ended the last time begins to be free; INFINITY: nowhere before most_m. */
+/* Where from from_m on the tile in which it ended the last time begins to be free; INFINITY: nowhere before most_m. What
+ * ends there may not farther on, where the tile touches less of the same record. */
 static double tile_begins_m(struct verdict *v, const struct verdict_part *part, double from_m, double most_m)
 {
-    const struct ask_stretch within = {from_m, most_m};
-    return from_m < most_m ? ask_begins_m(&v->ask, v->view, v->n, &part->tile, &within) : INFINITY;
+    double begin_m = INFINITY, ends_m = from_m;
+    while (from_m < most_m && !isfinite(begin_m) && isfinite(ends_m)) {
+        const struct ask_stretch within = {from_m, most_m};
+        begin_m = ask_begins_m(&v->ask, v->view, v->n, &part->tile, &within, &ends_m);
+        from_m = round_up(ends_m + fmax(STEP_M, STEP_SHARE * ends_m));
+    }
+    return begin_m;
 }
 
 /* Where beyond from_m that is, or a corridor leaves the tile. */
@@ -454,6 +460,13 @@ static double range_of(const struct verdict *v, const double at[3], double measu
     return ahead > 0 ? fmin(measure_m / ahead, wall_m) : wall_m;
 }
 
+/* A larger tile that ends there does so in all its parts, and farther on they differ. */
+static struct tile_index smallest_of(const struct verdict *v, const struct tile_index *tile, const double at[3])
+{
+    const int last = v->ask.question.asked.levels - 1;
+    return tile->level < last ? tiles_at(at, last) : *tile;
+}
+
 static void end_here(struct verdict_part *part, double end_m)
 {
     memcpy(part->end_at, part->line_at, sizeof part->end_at);
@@ -467,7 +480,6 @@ static void take_water(struct verdict *v, struct verdict_part *part, const struc
     const bool found = water->free_to_m > part->start_m, counts = part->start_m <= part->promised_m;
     part->starts++;
     part->ends = geo_length(water->at) > 0;
-    part->tile = water->tile;
     if (part->stage == VERDICT_BEYOND) {
         part->free_m = fmax(part->free_m, water->free_to_m);
         return;
@@ -483,6 +495,7 @@ static void take_water(struct verdict *v, struct verdict_part *part, const struc
     const double end_m = fmax(range_of(v, water->at, water->free_to_m), part->start_m);
     memcpy(part->line_at, water->at, sizeof part->line_at);
     draw_into_question(v, end_m, part->line_at);
+    part->tile = smallest_of(v, &water->tile, part->line_at);
     if ((found && counts) || (!part->found && part->start_m == near_of(v)))
         end_here(part, end_m);
 }
@@ -502,7 +515,7 @@ static bool is_known(const struct verdict *v, const struct verdict_part *part)
            (part->from_m < to_m || to_m >= distance_of(v));
 }
 
-#define WITHIN_STARTS 4
+#define WITHIN_STARTS 12
 
 /* Some of the water counts, and goes on to there, or to what else bars it. */
 static bool counts_to(const struct verdict_part *part, double to_m)

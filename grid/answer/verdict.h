@@ -29,7 +29,7 @@ struct verdict_evidence {
     const struct answer_now *now;
 };
 
-#define VERDICT_STARTS 12
+#define VERDICT_STARTS 30
 
 /* Where the water is asked about next: from where it begins, within `near`; from `near` on; beyond the distance. */
 enum verdict_stage { VERDICT_WITHIN, VERDICT_NEAR, VERDICT_BEYOND };

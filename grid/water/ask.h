@@ -101,9 +101,10 @@ void ask_begin(struct ask *a, const struct water_view *view, int n, const struct
 bool ask_step(struct ask *a);
 
 /** ask_begins_m - where from from_m on the tile begins to be free by those records, before to_m; INFINITY: nowhere.
- * What was asked before is over. Cost: that of one tile. */
+ * *ends_m: there it ends, by what a smaller tile may be told otherwise of; INFINITY: it does not, or for good. What was
+ * asked before is over. Cost: that of one tile. */
 double ask_begins_m(struct ask *a, const struct water_view *view, int n, const struct tile_index *tile,
-                    const struct ask_stretch *within);
+                    const struct ask_stretch *within, double *ends_m);
 
 /** ask_end - the answer about a part, once ask_step has nothing left. */
 struct ask_answer ask_end(const struct ask *a, size_t part);
