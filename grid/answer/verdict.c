@@ -359,30 +359,43 @@ static double begins_by(const struct water_view *view, const struct water_tile *
     return INFINITY;
 }
 
+#define UNSOUGHT -INFINITY
+
 static double round_up(double range_m)
 {
     return ceil(range_m / STEP_M) * STEP_M;
 }
 
-/* Where from from_m on the tile in which it ended the last time begins to be free; INFINITY: nowhere before most_m. What
- * ends there may not farther on, where the tile touches less of the same record. */
-static double tile_begins_m(struct verdict *v, const struct verdict_part *part, double from_m, double most_m)
+/* Where from from_m on the tile in which it ended the last time begins to be free before most_m. */
+static double tile_begins_m(struct verdict *v, const struct verdict_part *part, double from_m, double most_m,
+                            double *ends_m)
 {
-    double begin_m = INFINITY, ends_m = from_m;
-    while (from_m < most_m && !isfinite(begin_m) && isfinite(ends_m)) {
-        const struct ask_stretch within = {from_m, most_m};
-        begin_m = ask_begins_m(&v->ask, v->view, v->n, &part->tile, &within, &ends_m);
-        from_m = round_up(ends_m + fmax(STEP_M, STEP_SHARE * ends_m));
-    }
-    return begin_m;
+    const struct ask_stretch within = {from_m, most_m};
+    return ask_begins_m(&v->ask, v->view, v->n, &part->tile, &within, ends_m);
 }
 
-/* Where beyond from_m that is, or a corridor leaves the tile. */
+/* Seeks on from where it has come; false: it is to be called again. What ends there may not farther on, where the tile
+ * touches less of the same record. */
+static bool seek(struct verdict *v, const struct verdict_part *part, double most_m, double *begin_m)
+{
+    const double from_m = v->sought_m, to_m = fmin(2 * from_m, most_m);
+    double ends_m = INFINITY;
+    *begin_m = from_m < to_m ? tile_begins_m(v, part, from_m, to_m, &ends_m) : INFINITY;
+    v->sought_m = isfinite(ends_m) ? round_up(ends_m + fmax(STEP_M, STEP_SHARE * ends_m)) : to_m;
+    return isfinite(*begin_m) || v->sought_m >= most_m;
+}
+
+/* Where beyond from_m that is, or a corridor leaves the tile; INFINITY: nowhere; UNSOUGHT: to be called again. */
 static double begins_m(struct verdict *v, const struct verdict_part *part, double from_m, double most_m)
 {
     const struct water_tile cone = tiles_cone(&part->tile);
     struct ask_stretch asked;
-    double least_m = tile_begins_m(v, part, from_m + STEP_M, most_m);
+    double least_m;
+    if (!v->seeking)
+        v->sought_m = from_m + STEP_M;
+    v->seeking = !seek(v, part, most_m, &least_m);
+    if (v->seeking)
+        return UNSOUGHT;
     if (v->query.line.corridor && question_stretch(&v->ask.question, &cone, v->ask.question.asked.to_m, &asked) &&
         asked.to_m < most_m)
         least_m = fmin(least_m, asked.to_m);
@@ -526,21 +539,21 @@ static bool counts_to(const struct verdict_part *part, double to_m)
 }
 
 /* Where along the line on which nothing was free the water begins within `near`, and then `near` itself: that and what
- * is tried after it do not depend on what was found before. Negative: nothing more is to be asked. */
+ * is tried after it do not depend on what was found before. Negative: nothing more is to be asked, or UNSOUGHT. */
 static double next_within(struct verdict *v, struct verdict_part *part)
 {
     if (counts_to(part, near_of(v)))
         return -1;
     const bool again = !part->found && part->starts < WITHIN_STARTS;
     const double from_m = again ? begins_m(v, part, part->start_m, near_of(v)) : near_of(v);
-    if (from_m < near_of(v))
+    if (from_m < near_of(v)) /* or UNSOUGHT */
         return from_m;
     part->stage = VERDICT_NEAR;
     return near_of(v);
 }
 
 /* Up to where `near` holds; half as far, and again, as long as that is not the vehicle itself; then beyond it, where
- * the water begins, or begins again. Negative: nowhere else. These are the same places for all distances. */
+ * the water begins, or begins again. Negative: nowhere else, or UNSOUGHT. The same places for all distances. */
 static double next_start(struct verdict *v, struct verdict_part *part)
 {
     if (part->starts == VERDICT_STARTS)
@@ -557,6 +570,8 @@ static double next_start(struct verdict *v, struct verdict_part *part)
         return -1;
     const double known_m = part->found ? part->free_m : near_of(v);
     const double from_m = begins_m(v, part, fmax(part->start_m, known_m), farthest_start_m(v));
+    if (from_m == UNSOUGHT)
+        return from_m;
     return from_m > near_of(v) && from_m < farthest_start_m(v) ? from_m : -1;
 }
 
@@ -593,8 +608,9 @@ static void finish(struct verdict *v, struct verdict_part *part, enum answer_rea
 /* Is nothing free from there on, for the tile in which it ended is not? Of a corridor a tile may not be asked there. */
 static bool fails_again(struct verdict *v, struct verdict_part *part, double from_m)
 {
+    double ends_m;
     if (!part->ends || v->query.line.corridor || part->stage == VERDICT_BEYOND ||
-        tile_begins_m(v, part, from_m, from_m + WATER_GRID_M) <= from_m)
+        tile_begins_m(v, part, from_m, from_m + WATER_GRID_M, &ends_m) <= from_m)
         return false;
     part->start_m = from_m;
     part->starts++;
@@ -609,6 +625,8 @@ static void settle(struct verdict *v)
     struct verdict_part *part = &v->part[v->next];
     const bool known = is_known(v, part);
     double from_m = known ? -1 : next_start(v, part);
+    if (from_m == UNSOUGHT)
+        return;
     if (known && goes_beyond(v, part)) {
         part->stage = VERDICT_BEYOND;
         from_m = part->free_m;
@@ -660,16 +678,6 @@ static void take_obstacles(struct verdict *v, const struct obstacles_found *foun
     }
 }
 
-/* Where the nearest obstacle of a cone or corridor begins that is beyond the distance; INFINITY: there is none. */
-static double beyond_m(const struct obstacles_scene *scene, const struct verdict *v)
-{
-    struct obstacles_query query = v->query;
-    struct obstacles_found found;
-    query.line.distance_m = most_asked_m(v);
-    obstacles_find(scene, &query, &found);
-    return found.any ? fmax(found.near_m, distance_of(v)) : INFINITY;
-}
-
 static bool look_at_picture(struct verdict *v)
 {
     struct obstacles_found found[ANSWER_SECTORS_MAX];
@@ -682,9 +690,40 @@ static bool look_at_picture(struct verdict *v)
     }
     sight_locate(v->by.picture, &v->frame, v->by.conf, v->by.now, &v->place);
     take_obstacles(v, found, obstacles_find(&scene, &v->query, found));
-    if (!v->query.around && v->part[0].answer.state != ANSWER_BLOCKED)
-        v->part[0].obstacle_m = beyond_m(&scene, v);
     return true;
+}
+
+/* Where the nearest obstacle of a cone or corridor begins that is beyond the distance; INFINITY: there is none. The
+ * picture may be a newer one by now. */
+static double beyond_m(const struct verdict *v)
+{
+    struct sight_reading r = {.picture = v->by.picture};
+    double least_m = INFINITY;
+    while (sight_reads(&r)) {
+        struct picture_frame frame;
+        struct sight_place place;
+        struct obstacles_query query = v->query;
+        struct obstacles_found found = {.any = false};
+        const struct obstacles_scene scene = {v->by.picture, &frame, v->by.conf, v->by.now, &place};
+        enum answer_reason why;
+        picture_get_frame(v->by.picture, &frame);
+        if (!sight_possible(&frame, v->by.now, is_ned(v), &why)) {
+            least_m = distance_of(v);
+            continue;
+        }
+        sight_locate(v->by.picture, &frame, v->by.conf, v->by.now, &place);
+        query.line.distance_m = most_asked_m(v);
+        obstacles_find(&scene, &query, &found);
+        least_m = found.any ? fmax(found.near_m, distance_of(v)) : INFINITY;
+    }
+    return least_m;
+}
+
+static void look_beyond(struct verdict *v)
+{
+    v->beyond = true;
+    if (!v->query.around && v->part[0].answer.state != ANSWER_BLOCKED)
+        v->part[0].obstacle_m = beyond_m(v);
 }
 
 bool verdict_begin(struct verdict *v, const struct verdict_evidence *by, const struct obstacles_query *query,
@@ -698,7 +737,7 @@ bool verdict_begin(struct verdict *v, const struct verdict_evidence *by, const s
     v->parts = obstacles_parts(query);
     v->next = 0;
     v->all = true;
-    v->begun = false;
+    v->beyond = v->begun = v->seeking = false;
     v->n_aside = -1;
     while (sight_reads(&r))
         possible = look_at_picture(v);
@@ -723,6 +762,10 @@ static void begin_asking(struct verdict *v)
 
 bool verdict_step(struct verdict *v)
 {
+    if (!v->beyond) {
+        look_beyond(v);
+        return true;
+    }
     if (!v->begun) {
         begin_asking(v);
         return true;

@@ -62,7 +62,10 @@ struct verdict {
     struct picture_frame frame;
     struct sight_place place;
     size_t parts, next; /* of the parts the next one that is settled; at first all are asked together */
+    bool beyond;        /* obstacles beyond the distance were looked for */
     bool begun, all, asking;
+    bool seeking;    /* where the tile in which the next part ended begins to be free, ... */
+    double sought_m; /* ... from here on */
     struct verdict_part part[ANSWER_SECTORS_MAX];
     int n, n_aside; /* negative: not looked at yet */
     struct water_view view[ASK_RECORDS], aside[ASK_RECORDS];
