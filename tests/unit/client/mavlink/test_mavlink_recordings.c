@@ -195,7 +195,7 @@ TEST(at_the_logs_rate_thrusters_bound_nothing)
     const struct outcome a = fly(&floating, 2), b = fly(&diving, 2);
 
     CHECK(a.no_bound != MAVLINK_BOUND);
-    CHECK_INT(b.no_bound, MAVLINK_NO_MESSAGES);
+    CHECK_INT(b.no_bound, MAVLINK_NO_RATE);
     CHECK(b.wired);
 }
 
