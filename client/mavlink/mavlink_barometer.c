@@ -219,8 +219,10 @@ static bool say_none(struct mavlink_barometers *b, char *text, size_t size)
                                   mavlink_barometers_name(b, i + 1, one));
     snprintf(text, size, "no depth: %s; received: %s",
              b->named ? "the barometer named by --barometer sends nothing"
-                      : "it is not known which barometer is in the water until one follows the altitude or is 3 m "
-                        "deep; --barometer 2 names SCALED_PRESSURE2",
+             : b->primary
+                 ? "the autopilot's depth sensor by BARO_PRIMARY sends nothing"
+                 : "it is not known which barometer is in the water until one follows the altitude or is 3 m "
+                   "deep; --barometer 2 names SCALED_PRESSURE2",
              n ? list : "no pressure");
     b->told_none = true;
     return true;

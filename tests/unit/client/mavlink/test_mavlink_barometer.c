@@ -455,6 +455,13 @@ TEST(the_autopilot_says_which_is_its_depth_sensor)
     mavlink_barometers_unsay(&barometers);
     read_for(S, 1013, 1030, 1030);
     CHECK_INT(mavlink_barometers_depth(&barometers), MAVLINK_BAROMETER_ANY);
+    begin(MAVLINK_BAROMETER_ANY);
+    mavlink_barometers_primary(&barometers, 2);
+    read_for(12 * S, 1013, 1016, 0);
+    CHECK(mavlink_barometers_news(&barometers, now_ns, text, sizeof text));
+    CHECK_STR(text,
+              "no depth: the autopilot's depth sensor by BARO_PRIMARY sends nothing; received: SCALED_PRESSURE "
+              "(1013 hPa), SCALED_PRESSURE2 (1016 hPa)");
     begin(1); /* the user knows better */
     mavlink_barometers_primary(&barometers, 1);
     read_for(S, 1013, 1030, 0);
