@@ -5,8 +5,8 @@
  * barometer counts only when it is named, when it reads more than a hull holds, when it follows the autopilot's own
  * altitude by the law of water, or when ArduSub says that it is its depth sensor: at its start it sets BARO_PRIMARY
  * (GND_PRIMARY before 4.1) to the first barometer whose driver is one for water, and to 0 where there is none, so that
- * 1 and 2 name one and 0 says nothing. Until then there is no depth, nor once the one that was used sends nothing any more,
- * unless another is in the water. Pure: pressures, altitudes and the time of their arrival
+ * 1 and 2 name one and 0 says nothing. Until then there is no depth, nor once the one that was used sends nothing any
+ * more, unless another is in the water. Pure: pressures, altitudes and the time of their arrival
  * (CLOCK_MONOTONIC nanoseconds) go in.
  */
 #ifndef SONARD_MAVLINK_BAROMETER_H
@@ -77,7 +77,7 @@ void mavlink_barometers_altitude(struct mavlink_barometers *b, enum mavlink_alti
 /** mavlink_barometers_primary - a submarine's BARO_PRIMARY, as it is: counted from 0. */
 void mavlink_barometers_primary(struct mavlink_barometers *b, int primary);
 
-/** mavlink_barometers_unsay - the vehicle was gone, and may have started without that sensor: it has to say so again. */
+/** mavlink_barometers_unsay - the vehicle was gone, and may have started without it: it has to say so again. */
 void mavlink_barometers_unsay(struct mavlink_barometers *b);
 
 /**

@@ -207,7 +207,8 @@ TEST(the_autopilot_says_which_barometer_is_outside)
                          named = fly(&diving, 2);
 
     CHECK(isinf(a.least_depth_m) && a.poses > 5000);
-    CHECK(b.poses > 2950 && b.least_depth_m >= named.least_depth_m && b.most_depth_m <= named.most_depth_m);
+    CHECK(b.poses > 2950 && isfinite(b.least_depth_m) && b.least_depth_m >= named.least_depth_m &&
+          b.most_depth_m <= named.most_depth_m);
 }
 
 int main(void)
