@@ -348,22 +348,81 @@ TEST(a_fan_that_loses_all_at_once_is_doubted)
     CHECK(!lost.doubt);
 }
 
-/* Of 20 pings of a fan one hears. */
-TEST(a_fan_that_hears_now_and_then_is_doubted)
+/*
+ * A fan before a wall whose second quarter is open water; some pings hear, in the others all is silent but for a few
+ * false echoes of this level. Returns how many of those beams free water beyond the wall that should show it, and how
+ * many pings that hear are doubted.
+ */
+struct fans {
+    int false_free, doubted;
+};
+
+static struct fans fans(int pings, bool (*hears)(int n), int false_echoes, float level, uint64_t *seed)
 {
-    begin();
-    for (int n = 0; n < 400; n++) {
-        const bool hears = n < 4 || n % 20 == 0;
+    struct fans got = {0};
+    for (int n = 0; n < pings; n++) {
+        const bool heard = hears(n);
         for (int i = 0; i < FAN; i++) {
-            look(&beam[i], 2 * i, hears && i / 8 != 1 ? 3 : 0); /* the second quarter is open water */
+            look(&beam[i], 2 * i, heard && i / 8 != 1 ? 3 : 0);
             beam[i].echo[0].level = 100;
         }
+        for (int k = 0; k < false_echoes && !heard; k++) {
+            const int i = (int)(FAN * test_uniform(seed));
+            look(&beam[i], 2 * i, 1 + 8 * test_uniform(seed));
+            beam[i].echo[0].level = level;
+        }
         const bool doubted = run(FAN);
-        if (hears)
-            CHECK(!doubted && beam[10].free_to_m > 9);
-        else if (n > 40)
-            CHECK(doubted);
+        got.doubted += heard && doubted;
+        for (int i = 0; i < FAN && !heard; i++)
+            got.false_free += i / 8 != 1 && beam[i].free_to_m > 3.5f;
     }
+    return got;
+}
+
+static bool all(int n)
+{
+    return n >= 0;
+}
+
+static bool one_of_20(int n)
+{
+    return n % 20 == 0;
+}
+
+static bool bursts_of_5(int n)
+{
+    return n % 40 < 5;
+}
+
+static bool bursts_of_30(int n)
+{
+    return n % 130 < 30;
+}
+
+static bool every_other(int n)
+{
+    return n % 2;
+}
+
+/* A receiver that is deaf is not silent: each of its false echoes says that it hears. */
+TEST(a_fan_that_hears_now_and_then_is_doubted)
+{
+    static bool (*const kinds[])(int) = {one_of_20, bursts_of_5, bursts_of_30, every_other};
+    static const float levels[] = {1, 100};
+    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
+        for (int k = 0; k < 6; k++) {
+            uint64_t seed = test_seed();
+            begin();
+            fans(10, all, 0, 0, &seed);
+            fans(400, kinds[i], k / 2 * 2, levels[k % 2], &seed);
+            const struct fans got = fans(400, kinds[i], k / 2 * 2, levels[k % 2], &seed);
+            if (got.false_free > 0)
+                printf("kind %zu, %d false echoes of level %g: %d\n", i, k / 2 * 2, (double)levels[k % 2],
+                       got.false_free);
+            CHECK_INT(got.false_free, 0);
+            fans(400, all, 0, 0, &seed);
+            CHECK_INT(fans(20, all, 0, 0, &seed).doubted, 0);
+        }
 }
 
 TEST(a_head_is_in_air_where_depth_and_mount_say_so)
