@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 /* command_ask - the commands that ask the daemon one thing, once or again and again; see command.h. */
-#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -22,10 +21,8 @@ static bool take_direction(struct context *context)
     json_t *params = context->arguments.options;
     double azimuth_deg;
 
-    if (!arguments_number(context->arguments.word[0], -DBL_MAX, DBL_MAX, &azimuth_deg)) {
-        command_usage(context->command, "AZ must be a number of degrees");
+    if (!command_azimuth(context, 0, &azimuth_deg))
         return false;
-    }
     if (!json_object_get(params, "distance_m")) {
         command_usage(context->command, "--distance D is missing");
         return false;
