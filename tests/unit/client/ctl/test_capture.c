@@ -293,7 +293,7 @@ TEST(command_line_faults_are_said)
         {{"export", "a"}, 2, "export needs --csv"},
         {{"info", "--csv", "a"}, 2, "--conf belong to export"},
         {{"info", "--colour"}, 2, "sonarctl capture: no option --colour; see `sonarctl capture --help`\n"},
-        {{"export", "--foxglov", "a"}, 2, "no option --foxglov; did you mean --foxglove?\n"},
+        {{"export", "--foxgloove", "a"}, 2, "no option --foxgloove; did you mean --foxglove?\n"},
         {{"info", "-Z"}, 2, "no option -Z; see"},
         {{"export", "a", "--conf"}, 2, "--conf needs a value; see"},
         {{"info", "/nonexistent"}, 1, "/nonexistent: No such file or directory"},
