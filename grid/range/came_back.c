@@ -165,8 +165,8 @@ static bool is_same(float a_m, float b_m)
     return fabsf(a_m - b_m) <= SAME_M;
 }
 
-/* What two looks in a row show is there. One alone may be a false echo of a receiver that is deaf: what was there before
- * stays in mind. */
+/* What two looks in a row show is there. One alone may be a false echo of a receiver that is deaf: what was there
+ * before stays in mind. */
 static void keep(struct came_back_bearing *at, float range_m, uint64_t since_ns)
 {
     if (at->strong_ns == 0 || at->strong_ns < since_ns || is_same(range_m, at->last_m))
