@@ -155,7 +155,7 @@ static bool refuse_option(const struct argument_tables *tables, const char *flag
         for (const struct argument *a = table[i]; a && a->flag; a++)
             if (a->flag[1] == '-' && word_is_nearest(name, a->flag, &best))
                 meant = a->flag;
-    return fault_set(fault, meant ? "no option %s here; did you mean %s?" : "no option %s here", name, meant);
+    return fault_set(fault, meant ? "no option %s; did you mean %s?" : "no option %s", name, meant);
 }
 
 bool arguments_parse(struct arguments *arguments, int argc, char **argv, int command,
@@ -197,4 +197,14 @@ bool arguments_parse(struct arguments *arguments, int argc, char **argv, int com
         }
     }
     return true;
+}
+
+void arguments_tell(const char *program, const char *what, const char *help)
+{
+    const size_t n = strlen(what);
+
+    if (n > 0 && what[n - 1] == '?')
+        fprintf(stderr, "%s: %s\n", program, what);
+    else
+        fprintf(stderr, "%s: %s; see `%s`\n", program, what, help);
 }

@@ -58,4 +58,7 @@ int arguments_command(int argc, char **argv);
 bool arguments_parse(struct arguments *arguments, int argc, char **argv, int command,
                      const struct argument_tables *tables, struct fault *fault);
 
+/** arguments_tell - "PROGRAM: WHAT; see `HELP`" on standard error; without HELP where a question ends it. */
+void arguments_tell(const char *program, const char *what, const char *help);
+
 #endif

@@ -218,7 +218,7 @@ static int refuse_option(const char *given)
         if (word_is_nearest(name + 2, l->name, &best))
             meant = l->name;
     fprintf(stderr,
-            meant ? "sonard: no option %s; did you mean --%s?\n" : "sonard: no option %s; see 'sonard --help'\n",
+            meant ? "sonard: no option %s; did you mean --%s?\n" : "sonard: no option %s; see `sonard --help`\n",
             name, meant);
     return USAGE;
 }
@@ -230,7 +230,7 @@ static int refuse_bare(int c, const char *given)
     for (size_t i = 0; i < sizeof needs / sizeof needs[0]; i++)
         if (needs[i].c == c)
             wanted = needs[i].what;
-    fprintf(stderr, "sonard: %s needs %s; see 'sonard --help'\n", given, wanted);
+    fprintf(stderr, "sonard: %s needs %s; see `sonard --help`\n", given, wanted);
     return USAGE;
 }
 

@@ -108,8 +108,11 @@ static bool open_file(struct replay *r, const char *path, struct fault *fault)
         r->log = candump_open(path, &why);
     if (r->reader || r->log)
         return true;
-    return fault_add(fault, "; nor a CAN log as `candump -L` writes it. A recording of another program becomes a "
-                            "capture with `sonarctl capture import`, a ROS bag with `sonard-rosbag`");
+    if (strcmp(fault->text, why.text) == 0) /* it could not be read as either, for the same reason */
+        return false;
+    return fault_add(fault, "; not a CAN log, either: no line of it is a frame as `candump -L` writes it. A "
+                            "recording of another program becomes a capture with `sonarctl capture import`, a ROS "
+                            "bag with `sonard-rosbag`");
 }
 
 struct replay *replay_open(const char *path, double speed, struct fault *fault)

@@ -95,7 +95,7 @@ struct echoes {
     float az_aperture_rad, el_aperture_rad;
     struct pose pose;
     uint32_t max_beams;
-    struct beam_echoes *beam; /* [n_beams] */
+    struct beam_echoes *beam; /* [n_beams], in order of elevation, then of azimuth from -pi to pi; no two alike */
 };
 
 #endif

@@ -26,9 +26,9 @@ enum amplitude_law {
 };
 
 enum ping_kind {
-    PING_PROFILE, /* intensities */
-    /* Ready ranges in beam[].range_m. Several of one beam: entries one after the other with the same direction (the
-     * very same az_rad and el_rad), in order of range. */
+    PING_PROFILE, /* intensities; several beams: in order of elevation and azimuth, the same ones in every ping */
+    /* Ready ranges in beam[].range_m, in any order. Several of one beam: entries with the same direction (the very same
+     * az_rad and el_rad). */
     PING_RANGES,
     /* Both, one range a beam: what the device has chosen in intensities whose scale is that of this ping alone. It is
      * judged by them, and never without: see grid/range/choice.h. */

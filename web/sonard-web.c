@@ -136,7 +136,7 @@ int main(int argc, char **argv)
         status = run_server(&conf);
     }
     if (status == EXIT_USAGE)
-        fprintf(stderr, "sonard-web: %s; see `sonard-web --help`\n", fault.text);
+        arguments_tell("sonard-web", fault.text, "sonard-web --help");
     if (fflush(stdout) != 0 || ferror(stdout)) {
         fprintf(stderr, "sonard-web: standard output: %s\n", strerror(errno));
         status = EXIT_OUTPUT;

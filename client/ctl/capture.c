@@ -11,10 +11,13 @@
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
+#include <stdarg.h>
 #include <string.h>
 #include <unistd.h>
 
 #include "capture_file.h"
+#include "client/arguments.h"
+#include "config/word.h"
 
 #define IMPORTER "sonard-import"
 
@@ -43,9 +46,11 @@ static const char usage_text[] =
     "        the computer's clock was set during the capture (info shows that), it says whose clock it takes for "
     "theirs\n"
     "\n"
-    "Exit status: 0 done; 1 failed, or written, but more than half could not be read; 2 wrong usage. Existing "
-    "files\n"
-    "are not overwritten.\n";
+    "Exit status: 0 done; 1 failed, or written, but more than half could not be read, or exported, but the "
+    "capture\n"
+    "is damaged or not closed: what could be read is there; 2 wrong usage. Existing files are not overwritten; "
+    "one\n"
+    "that is being written is called OUT.part.\n";
 
 static int wrong_usage(const char *why)
 {
@@ -199,6 +204,30 @@ static int run_command(const char *command, int n, char **file, int form, const 
     return wrong_usage("the commands are import, info, repair, export and add-pose");
 }
 
+/* A mistake in one option: the usage of all would hide it. */
+__attribute__((format(printf, 1, 2))) static int refuse(const char *fmt, ...)
+{
+    char why[128];
+    va_list ap;
+    va_start(ap, fmt);
+    vsnprintf(why, sizeof why, fmt, ap);
+    va_end(ap);
+    arguments_tell("sonarctl capture", why, "sonarctl capture --help");
+    return 2;
+}
+
+static int no_option(const char *given, const struct option *options)
+{
+    const char *meant = NULL;
+    char name[64];
+    size_t best = WORD_FAR;
+    snprintf(name, sizeof name, "%.*s", (int)strcspn(given, "="), given);
+    for (const struct option *o = options; o->name && name[0] == '-' && name[1] == '-'; o++)
+        if (word_is_nearest(name + 2, o->name, &best))
+            meant = o->name;
+    return refuse(meant ? "no option %s; did you mean --%s?" : "no option %s", name, meant);
+}
+
 static int command_line(int argc, char **argv)
 {
     static const struct option options[] = {{"csv", no_argument, NULL, 'v'},
@@ -213,7 +242,8 @@ static int command_line(int argc, char **argv)
     if (argc > 1 && strcmp(argv[1], "import") == 0)
         return run_import(argv + 1);
     optind = 0; /* the caller may have used getopt */
-    for (int c; (c = getopt_long(argc, argv, "h", options, NULL)) != -1;) {
+    opterr = 0;
+    for (int c; (c = getopt_long(argc, argv, ":h", options, NULL)) != -1;) {
         switch (c) {
         case 'v':
         case 'f':
@@ -231,8 +261,10 @@ static int command_line(int argc, char **argv)
         case 'h':
             fputs(usage_text, stdout);
             return 0;
+        case ':':
+            return refuse("%s needs a value", argv[optind - 1]);
         default:
-            return wrong_usage("unknown option, or one without its value");
+            return no_option(argv[optind - 1], options);
         }
     }
     if (optind == argc)

@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 #include "capture_file.h"
 
-#include <errno.h>
-#include <fcntl.h>
+#include <inttypes.h>
 #include <stdarg.h>
 #include <stdint.h>
-#include <string.h>
-#include <unistd.h>
+
+#include "out_file.h"
 
 #define INDEX_BYTES (16u << 20)
 
@@ -52,29 +51,44 @@ struct mcap_writer *capture_create(const char *path, const char *profile, size_t
                                          .message_bytes = message_bytes,
                                          .index_bytes = INDEX_BYTES};
     struct fault fault;
-    int fd = open(path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
+    const int fd = out_file_create(path, false, &fault);
     if (fd < 0) {
-        const int why = errno;
-        capture_failed("%s: %s%s", path, strerror(why), why == EEXIST ? "; remove it first, or name another" : "");
+        capture_failed("%s", fault.text);
         return NULL;
     }
     struct mcap_writer *w = mcap_create(fd, &options, &fault);
     if (!w) {
-        unlink(path);
+        out_file_drop(path);
         capture_failed("%s: %s", path, fault.text);
     }
     return w;
 }
 
-int capture_finish(struct mcap_writer *w, const char *path, bool ok, struct fault *fault)
+void capture_drop(struct mcap_writer *w, const char *path)
 {
     struct fault ignored;
-    if (ok)
-        ok = mcap_finish(w, fault);
-    else
-        mcap_finish(w, &ignored);
-    if (ok)
-        return 0;
-    unlink(path);
+    mcap_finish(w, &ignored);
+    out_file_drop(path);
+}
+
+int capture_finish(struct mcap_writer *w, const char *path, bool ok, struct fault *fault)
+{
+    if (!ok) {
+        capture_drop(w, path);
+        return capture_failed("%s: %s", path, fault->text);
+    }
+    if (mcap_finish(w, fault))
+        return out_file_keep(path, false, fault) ? 0 : capture_failed("%s", fault->text);
+    out_file_drop(path);
     return capture_failed("%s: %s", path, fault->text);
+}
+
+int capture_tell_exported(const char *path, const struct mcap_info *info)
+{
+    if (info->problems == 0 && info->complete)
+        return 0;
+    return capture_failed("%s: %s: what can be read is exported, %" PRIu64 " messages of %.1f s; %" PRIu64
+                          " of %" PRIu64 " bytes are left out",
+                          path, info->unclosed ? "still being written, or cut off" : "damaged", info->messages,
+                          (double)(info->end_ns - info->start_ns) * 1e-9, info->left_out_bytes, info->file_bytes);
 }

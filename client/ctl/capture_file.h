@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * capture_file - what the commands of the capture tool share: opening, making and finishing a capture, and what they
- * say. A file that exists is never overwritten, and what could not be finished is removed again.
+ * say. A file that exists is never overwritten; what is not finished has another name, and is removed (out_file.h).
  */
 #ifndef SONARD_CAPTURE_FILE_H
 #define SONARD_CAPTURE_FILE_H
@@ -22,6 +22,13 @@ struct mcap_writer *capture_create(const char *path, const char *profile, size_t
 
 /** capture_finish - closes it. ok false, with the fault set: what came before failed, and it is removed. 0, or 1. */
 int capture_finish(struct mcap_writer *w, const char *path, bool ok, struct fault *fault);
+
+/** capture_drop - closes and removes it: there is nothing to be written. */
+void capture_drop(struct mcap_writer *w, const char *path);
+
+/** capture_tell_exported - after all of it was read: says how much of a capture that is damaged or not closed was
+ * exported, on standard error. 0: all of it; else 1. */
+int capture_tell_exported(const char *path, const struct mcap_info *info);
 
 /** capture_open - open for reading; damage is reported on standard error. NULL after a message there. */
 struct mcap_reader *capture_open(const char *path);

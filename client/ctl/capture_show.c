@@ -10,13 +10,13 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 #include <time.h>
 
 #include "drivers/capture/mcap.h"
 #include "drivers/devices/micron.h"
 #include "drivers/devices/ping_frame.h"
 #include "drivers/devices/seanet_frame.h"
+#include "out_file.h"
 #include "page.h"
 
 #define SOUND_SPEED_MPS     1500.0
@@ -292,32 +292,52 @@ static bool all_shown(const struct exporting *ex, const struct mcap_reader *r)
     return shown;
 }
 
+/* All of the capture to a file, or to standard output. False with a message. */
+static bool write_out(struct exporting *ex, struct mcap_reader *r, const char *out_path)
+{
+    errno = 0;
+    bool ok = write_all(ex, r);
+    ok = (out_path ? fclose(ex->out) : fflush(ex->out)) == 0 && ok && !(!out_path && ferror(stdout));
+    if (!ok)
+        capture_failed("writing %s: %s", out_path ? out_path : "the values", strerror(errno));
+    if (!all_shown(ex, r) && ok && ex->rows == 0)
+        ok = capture_failed(
+                 "nothing exported: of received bytes only the pings of a Ping360 or a SeaNet head are") == 0;
+    return ok;
+}
+
+static bool finish_out(const char *out_path, bool ok)
+{
+    struct fault fault;
+    if (!out_path)
+        return ok;
+    if (ok)
+        return out_file_keep(out_path, false, &fault) || capture_failed("%s", fault.text) == 0;
+    out_file_drop(out_path);
+    return false;
+}
+
+static FILE *open_out(const char *out_path)
+{
+    struct fault fault;
+    const int fd = out_path ? out_file_create(out_path, false, &fault) : -1;
+    if (out_path && fd < 0)
+        capture_failed("%s", fault.text);
+    return !out_path ? stdout : fd >= 0 ? fdopen(fd, "w") : NULL;
+}
+
 int capture_export(const char *path, const char *out_path)
 {
     static struct exporting ex;
     struct mcap_reader *r = capture_open(path);
+    int status = 1;
     if (!r)
         return 1;
-    ex = (struct exporting){.out = out_path ? fopen(out_path, "wxe") : stdout};
-    if (!ex.out) {
-        fprintf(stderr, "sonarctl capture: %s: %s\n", out_path, strerror(errno));
-        mcap_close(r);
-        return 1;
-    }
-    errno = 0;
-    bool ok = write_all(&ex, r);
-    ok = (out_path ? fclose(ex.out) : fflush(ex.out)) == 0 && ok && !(!out_path && ferror(stdout));
-    if (!ok)
-        fprintf(stderr, "sonarctl capture: writing %s: %s\n", out_path ? out_path : "the values", strerror(errno));
-    if (!all_shown(&ex, r) && ok && ex.rows == 0) {
-        fprintf(stderr, "sonarctl capture: nothing exported: of received bytes only the pings of a Ping360 or a "
-                        "SeaNet head are\n");
-        ok = false;
-        if (out_path)
-            unlink(out_path);
-    }
+    ex = (struct exporting){.out = open_out(out_path)};
+    if (ex.out && finish_out(out_path, write_out(&ex, r, out_path)))
+        status = capture_tell_exported(path, mcap_info(r));
     for (size_t i = 0; i < MCAP_CHANNELS_MAX; i++)
         free(ex.finding[i]);
     mcap_close(r);
-    return !ok;
+    return status;
 }

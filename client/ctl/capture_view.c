@@ -199,6 +199,21 @@ static bool play(struct exporter *e, struct fault *fault)
     return true;
 }
 
+/* sonard, which replays it, reads past damage; a CAN log has none to be told. */
+static int tell_exported(const char *path)
+{
+    struct fault fault;
+    struct mcap_message m;
+    struct mcap_reader *r = mcap_open(path, NULL, NULL, &fault);
+    if (!r)
+        return 0;
+    while (mcap_next(r, &m))
+        ;
+    const int status = capture_tell_exported(path, mcap_info(r));
+    mcap_close(r);
+    return status;
+}
+
 int capture_export_view(const char *path, const char *out_path, enum capture_view_form form, const char *conf)
 {
     struct exporter *e = calloc(1, sizeof *e);
@@ -208,11 +223,19 @@ int capture_export_view(const char *path, const char *out_path, enum capture_vie
     if (!e)
         return capture_failed("out of memory");
     e->form = &forms[form];
-    if (!played_start(&e->played, path, conf, &fault))
-        capture_failed("%s", fault.text);
-    else if ((e->out = capture_create(out_path, e->form->profile, MESSAGE_BYTES)))
+    if (!(e->out = capture_create(out_path, e->form->profile, MESSAGE_BYTES))) {
+        free(e);
+        return 1;
+    }
+    if (played_start(&e->played, path, conf, &fault)) {
         status = capture_finish(e->out, out_path, add_channels(e, &fault) && play(e, &fault), &fault);
+    } else {
+        capture_failed("%s", fault.text);
+        capture_drop(e->out, out_path);
+    }
     played_stop(&e->played);
+    if (status == 0)
+        status = tell_exported(path);
     for (size_t i = 0; i < e->n_asked; i++)
         json_decref(e->asked[i].params);
     for (int i = 0; i < VIEW_TOPICS; i++)

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "command.h"
+#include "core/fault.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -26,8 +27,10 @@ int command_fail(const struct sonard_error *error)
 
 int command_usage(const char *command, const char *message)
 {
-    fprintf(stderr, "sonarctl: %s; see `sonarctl %s%s`\n", message, command ? command : "help",
-            command ? " --help" : "");
+    char help[64];
+
+    snprintf(help, sizeof help, "sonarctl %s%s", command ? command : "help", command ? " --help" : "");
+    arguments_tell("sonarctl", message, help);
     return EXIT_USAGE;
 }
 
@@ -76,6 +79,18 @@ int command_call_and_print(struct context *context, const char *method, json_t *
         command_print(context, method, result);
     json_decref(result);
     return status;
+}
+
+bool command_azimuth(const struct context *context, int index, double *azimuth_deg)
+{
+    const char *word = context->arguments.word[index];
+    struct fault fault;
+
+    if (arguments_number(word, -360, 360, azimuth_deg))
+        return true;
+    fault_set(&fault, "AZ '%.100s': expected degrees, -360 to 360", word);
+    command_usage(context->command, fault.text);
+    return false;
 }
 
 int command_write_plot(const char *path, json_t *image, json_t *sectors, double range_m, const double *heading_deg)

@@ -42,6 +42,9 @@ int command_fail(const struct sonard_error *error);
 /** command_usage - tells what is wrong with the command line of a command (NULL: none); returns EXIT_USAGE. */
 int command_usage(const char *command, const char *message);
 
+/** command_azimuth - word `index` of the command line as AZ, degrees. False: it is none, and that is told. */
+bool command_azimuth(const struct context *context, int index, double *azimuth_deg);
+
 /** command_refuses_picture - pictures are SVG: true, with a message of usage, where the file's name (NULL: none) is
  * that of another kind, which no viewer would open. */
 bool command_refuses_picture(const struct context *context, const char *path);

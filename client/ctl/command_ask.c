@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 /* command_ask - the commands that ask the daemon one thing, once or again and again; see command.h. */
-#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -8,6 +7,7 @@
 
 #include "command.h"
 #include "core/fault.h"
+#include "page.h"
 #include "show_stats.h"
 #include "client/lib/sonard_json.h"
 
@@ -22,10 +22,8 @@ static bool take_direction(struct context *context)
     json_t *params = context->arguments.options;
     double azimuth_deg;
 
-    if (!arguments_number(context->arguments.word[0], -DBL_MAX, DBL_MAX, &azimuth_deg)) {
-        command_usage(context->command, "AZ must be a number of degrees");
+    if (!command_azimuth(context, 0, &azimuth_deg))
         return false;
-    }
     if (!json_object_get(params, "distance_m")) {
         command_usage(context->command, "--distance D is missing");
         return false;
@@ -72,6 +70,25 @@ static json_t *wait_begun(struct context *context, json_t *result, int *status)
     return result;
 }
 
+/* The recording that goes on, of the daemon's status; NULL: none, or *status says why nobody knows. */
+static json_t *recording_now(struct context *context, int *status)
+{
+    json_t *all = command_call(context, "status", NULL, status), *record = json_object_get(all, "record");
+
+    record = json_is_true(json_object_get(record, "recording")) ? json_incref(record) : NULL;
+    json_decref(all);
+    return record;
+}
+
+static void tell_already(const json_t *record)
+{
+    char since[PAGE_CELL], path[PAGE_CELL];
+    const double age_s = json_number_value(json_object_get(record, "recording_age_s"));
+
+    printf("already recording to %s, since %s\n", page_text(path, record, "path"),
+           page_utc(since, (double)time(NULL) - age_s));
+}
+
 int command_record(struct context *context)
 {
     const char *word = context->arguments.word[0];
@@ -81,7 +98,16 @@ int command_record(struct context *context)
 
     if (!start && strcmp(word, "stop") != 0)
         return command_usage("record", "expected start or stop");
-    json_t *result = command_call(context, method, context->arguments.options, &status);
+    json_t *result = start ? recording_now(context, &status) : NULL;
+    if (start && !result && status != EXIT_CLEAR)
+        return status;
+    if (result && !context->json) {
+        tell_already(result);
+        json_decref(result);
+        return EXIT_CLEAR;
+    }
+    json_decref(result);
+    result = command_call(context, method, context->arguments.options, &status);
     if (start)
         result = wait_begun(context, result, &status);
     if (!result)

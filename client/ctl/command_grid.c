@@ -9,8 +9,8 @@ static int lock(struct context *context, bool locked)
     json_t *options = context->arguments.options;
     double azimuth_deg;
 
-    if (!arguments_number(context->arguments.word[1], -360, 360, &azimuth_deg))
-        return command_usage("grid", "AZ must be a number of degrees");
+    if (!command_azimuth(context, 1, &azimuth_deg))
+        return EXIT_USAGE;
     json_object_set_new(options, "azimuth_deg", json_real(azimuth_deg));
     json_object_set_new(options, "locked", json_boolean(locked));
     return command_call_and_print(context, "grid_lock", options);

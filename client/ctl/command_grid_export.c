@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /* command_grid_export - every cell of a spherical grid into a file: CSV, or a point cloud as MCAP. */
 #include <errno.h>
-#include <fcntl.h>
 #include <stdio.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "cells_file.h"
 #include "command.h"
+#include "out_file.h"
 
 #define TRIES 5 /* pages are asked for anew when the grid's centre or axes move between them */
 
@@ -70,19 +69,32 @@ static bool write_csv(FILE *out, const json_t *all)
     return !ferror(out);
 }
 
-static bool write_file(const char *path, const json_t *all, bool csv, struct fault *fault)
+static bool write_fd(int fd, const json_t *all, bool csv, struct fault *fault)
 {
-    const int fd = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-    FILE *out = fd >= 0 && csv ? fdopen(fd, "w") : NULL;
-    bool ok;
-    if (fd < 0 || (csv && !out))
-        return fault_set(fault, "%s", strerror(errno));
+    FILE *out = csv ? fdopen(fd, "w") : NULL;
     if (!csv)
         return cells_capture(json_object_get(all, "cells"), is_ned(all),
                              json_number_value(json_object_get(all, "t_unix")), fd, fault);
-    ok = write_csv(out, all);
-    ok = fclose(out) == 0 && ok;
-    return ok || fault_set(fault, "%s", strerror(errno));
+    if (!out)
+        return fault_set(fault, "%s", strerror(errno));
+    const bool ok = write_csv(out, all);
+    return (fclose(out) == 0 && ok) || fault_set(fault, "%s", strerror(errno));
+}
+
+/* False after a message. */
+static bool write_file(const char *path, const json_t *all, bool csv)
+{
+    struct fault fault;
+    const int fd = out_file_create(path, true, &fault);
+    if (fd >= 0 && !write_fd(fd, all, csv, &fault)) {
+        out_file_drop(path);
+        fprintf(stderr, "sonarctl: %s: %s\n", path, fault.text);
+        return false;
+    }
+    if (fd >= 0 && out_file_keep(path, true, &fault))
+        return true;
+    fprintf(stderr, "sonarctl: %s\n", fault.text);
+    return false;
 }
 
 int command_grid_export(struct context *context, const char *path)
@@ -90,7 +102,6 @@ int command_grid_export(struct context *context, const char *path)
     const size_t n = strlen(path);
     const bool to_stdout = strcmp(path, "-") == 0;
     const bool csv = to_stdout || (n > 4 && strcmp(path + n - 4, ".csv") == 0);
-    struct fault fault = {""};
     json_t *all;
     int status = EXIT_CLEAR;
 
@@ -101,14 +112,12 @@ int command_grid_export(struct context *context, const char *path)
     const size_t cells = json_array_size(json_object_get(all, "cells"));
     if (to_stdout)
         write_csv(stdout, all);
-    else if (!write_file(path, all, csv, &fault))
+    else if (!write_file(path, all, csv))
         status = EXIT_OUTPUT;
     else if (context->json)
         printf("{\"cells\":%zu}\n", cells);
     else
         printf("%zu cells written to %s\n", cells, path);
-    if (status == EXIT_OUTPUT)
-        fprintf(stderr, "sonarctl: %s: %s\n", path, fault.text);
     json_decref(all);
     return status;
 }

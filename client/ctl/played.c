@@ -2,18 +2,19 @@
 #include "played.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <limits.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
 
 #include "client/lib/sonard_json.h"
+#include "leftover.h"
 
 #define WAIT_S     600 /* for an answer: a jump may be long */
 #define LOOK_NS    1000000
@@ -47,16 +48,13 @@ static void run_daemon(char *const argv[])
 
 static void become_daemon(const struct played *played, const char *capture, const char *conf)
 {
-    char socket[PATH_MAX], log[PATH_MAX];
+    char socket[PATH_MAX];
     in_folder(played, "s", socket);
-    in_folder(played, "log", log);
     const char *const argv[] = {"sonard", "--replay",         capture, "--stay", "--speed", "0.001", "--socket",
                                 socket,   conf ? "-c" : NULL, conf,    NULL};
-    const int fd = open(log, O_WRONLY | O_CREAT | O_TRUNC, 0600);
 
     prctl(PR_SET_PDEATHSIG, SIGTERM);
-    if (fd >= 0)
-        dup2(fd, STDERR_FILENO);
+    dup2(played->log, STDERR_FILENO);
     run_daemon((char *const *)(uintptr_t)argv);
     fprintf(stderr, "sonard: %s\n", strerror(errno));
     _exit(127);
@@ -64,20 +62,32 @@ static void become_daemon(const struct played *played, const char *capture, cons
 
 static void show_log(const struct played *played)
 {
-    char path[PATH_MAX], text[4096];
-    in_folder(played, "log", path);
-    FILE *log = fopen(path, "r");
+    char text[4096];
 
-    for (size_t n; log && (n = fread(text, 1, sizeof text, log)) > 0;)
-        fwrite(text, 1, n, stderr);
-    if (log)
-        fclose(log);
+    lseek(played->log, 0, SEEK_SET);
+    for (ssize_t n; (n = read(played->log, text, sizeof text)) > 0;)
+        fwrite(text, 1, (size_t)n, stderr);
 }
 
 static bool daemon_failed(const struct played *played, const char *capture, struct fault *fault)
 {
     show_log(played);
     return fault_set(fault, "%s: sonard, which replays it, has ended: see above", capture);
+}
+
+/* Whoever is connected needs no name of the socket: even a command that is killed leaves none. */
+static void remove_folder(struct played *played)
+{
+    char socket[PATH_MAX];
+
+    if (!played->folder[0])
+        return;
+    in_folder(played, "s", socket);
+    unlink(socket);
+    rmdir(played->folder);
+    leftover_forget(socket);
+    leftover_forget(played->folder);
+    played->folder[0] = '\0';
 }
 
 static bool connect_to(struct played *played, const char *capture, struct fault *fault)
@@ -89,10 +99,12 @@ static bool connect_to(struct played *played, const char *capture, struct fault 
     while (!(played->client = sonard_connect(socket, WAIT_S, &error))) {
         if (waitpid(played->daemon, NULL, WNOHANG) == played->daemon) {
             played->daemon = 0;
+            leftover_process(0);
             return daemon_failed(played, capture, fault);
         }
         pause_ns(CONNECT_NS);
     }
+    remove_folder(played);
     return true;
 }
 
@@ -112,12 +124,11 @@ static bool replay(struct played *played, json_t *params, bool *jumping, struct 
     return true;
 }
 
-bool played_start(struct played *played, const char *capture, const char *conf, struct fault *fault)
+static bool make_folder(struct played *played, struct fault *fault)
 {
     const char *temporary = getenv("TMPDIR");
-    bool jumping;
+    char socket[PATH_MAX];
 
-    *played = (struct played){.daemon = 0};
     snprintf(played->folder, sizeof played->folder, "%s/sonarctl-XXXXXX",
              temporary && strlen(temporary) < 40 ? temporary : "/tmp");
     if (!mkdtemp(played->folder)) {
@@ -125,12 +136,36 @@ bool played_start(struct played *played, const char *capture, const char *conf, 
         played->folder[0] = '\0';
         return false;
     }
-    played->daemon = fork();
-    if (played->daemon == 0)
+    in_folder(played, "s", socket);
+    return (leftover_name(played->folder) && leftover_name(socket)) ||
+           fault_set(fault, "%s: %s", played->folder, strerror(errno));
+}
+
+static bool start_daemon(struct played *played, const char *capture, const char *conf, const sigset_t *signals,
+                         struct fault *fault)
+{
+    played->log = memfd_create("log", MFD_CLOEXEC);
+    played->daemon = played->log >= 0 ? fork() : -1;
+    if (played->daemon == 0) {
+        leftover_release(signals);
         become_daemon(played, capture, conf);
+    }
     if (played->daemon < 0)
         return fault_set(fault, "cannot start sonard: %s", strerror(errno));
-    return connect_to(played, capture, fault) &&
+    leftover_process(played->daemon);
+    return true;
+}
+
+bool played_start(struct played *played, const char *capture, const char *conf, struct fault *fault)
+{
+    sigset_t signals;
+    bool jumping;
+
+    *played = (struct played){.log = -1};
+    leftover_hold(&signals);
+    const bool started = make_folder(played, fault) && start_daemon(played, capture, conf, &signals, fault);
+    leftover_release(&signals);
+    return started && connect_to(played, capture, fault) &&
            replay(played, json_pack("{s:s}", "pause", "yes"), &jumping, fault);
 }
 
@@ -157,19 +192,14 @@ json_t *played_ask(struct played *played, const char *method, json_t *params)
 
 void played_stop(struct played *played)
 {
-    static const char *const names[] = {"s", "log"};
-    char path[PATH_MAX];
-
     if (played->client)
         sonard_disconnect(played->client);
     if (played->daemon > 0) {
         kill(played->daemon, SIGTERM);
         waitpid(played->daemon, NULL, 0);
+        leftover_process(0);
     }
-    for (size_t i = 0; played->folder[0] && i < sizeof names / sizeof *names; i++) {
-        in_folder(played, names[i], path);
-        unlink(path);
-    }
-    if (played->folder[0])
-        rmdir(played->folder);
+    if (played->log >= 0)
+        close(played->log);
+    remove_folder(played);
 }

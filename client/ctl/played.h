@@ -15,7 +15,8 @@ struct played {
     struct sonard_client *client;
     double length_s;   /* of the capture */
     double position_s; /* where its clock stands */
-    char folder[64];   /* of its socket and its log; "": none */
+    int log;           /* what it says; -1: none */
+    char folder[64];   /* of its socket, until it is connected to; "": none */
 };
 
 /**

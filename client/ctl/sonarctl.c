@@ -132,7 +132,10 @@ int main(int argc, char **argv)
     const int at = arguments_command(argc, argv);
     const char *name = at < argc ? argv[at] : NULL;
     const struct command *command = name ? command_find(command_table, name) : NULL;
-    char message[128];
+    const struct argument_tables tables = {command_common(NULL), NULL};
+    struct arguments options = {0};
+    struct fault fault;
+    char message[128] = "a command is missing";
 
     if (command)
         return run_command(command, argc, argv, at);
@@ -151,5 +154,8 @@ int main(int argc, char **argv)
     }
     if (name)
         unknown_command(name, message, sizeof message);
-    return command_usage(NULL, name ? message : "a command is missing");
+    else if (!arguments_parse(&options, argc, argv, argc, &tables, &fault))
+        snprintf(message, sizeof message, "%.127s", fault.text);
+    json_decref(options.options);
+    return command_usage(NULL, message);
 }

@@ -19,6 +19,11 @@
 #define DISAGREE_M     1.0
 #define DISAGREE_SHARE 0.03 /* of the pressure */
 #define UNKNOWN_NS     (10ull * SECOND_NS)
+#define ASK_AGAIN      30 /* of so many seconds once, when it has answered */
+
+/* Of ArduSub from 4.1 on, and before. */
+static const char *const primaries[] = {"BARO_PRIMARY", "GND_PRIMARY"};
+#define PRIMARIES (sizeof primaries / sizeof *primaries)
 
 void mavlink_barometers_init(struct mavlink_barometers *b, int named, double m_per_hpa)
 {
@@ -44,6 +49,12 @@ static bool disagree(const struct mavlink_barometers *b, const struct mavlink_ba
 {
     return fabs(one->hpa - other->hpa) * b->m_per_hpa >
            DISAGREE_M + DISAGREE_SHARE * fmax(one->hpa, other->hpa) * b->m_per_hpa;
+}
+
+/* Is barometer i in the water, by what it has read or by the autopilot's word? */
+static bool is_wet(const struct mavlink_barometers *b, int i)
+{
+    return b->of[i].wet || b->primary == i + 1;
 }
 
 static bool is_silent(const struct mavlink_barometer *of, uint64_t now_ns)
@@ -72,7 +83,7 @@ static void choose(struct mavlink_barometers *b, uint64_t now_ns)
 {
     give_up_silent(b, now_ns);
     for (int i = 0; i < MAVLINK_BAROMETERS && b->used == MAVLINK_BAROMETER_ANY; i++)
-        if (b->of[i].wet && is_fresh(&b->of[i], now_ns))
+        if (is_wet(b, i) && is_fresh(&b->of[i], now_ns))
             b->used = i + 1;
     b->against = MAVLINK_BAROMETER_ANY;
     if (b->used == MAVLINK_BAROMETER_ANY)
@@ -81,7 +92,7 @@ static void choose(struct mavlink_barometers *b, uint64_t now_ns)
     const struct mavlink_barometer *used = &b->of[b->used - 1];
 
     for (int i = 0; i < MAVLINK_BAROMETERS; i++)
-        if (&b->of[i] != used && b->of[i].wet && is_fresh(&b->of[i], now_ns) && is_fresh(used, now_ns) &&
+        if (&b->of[i] != used && is_wet(b, i) && is_fresh(&b->of[i], now_ns) && is_fresh(used, now_ns) &&
             disagree(b, used, &b->of[i]))
             b->against = i + 1;
 }
@@ -137,6 +148,41 @@ void mavlink_barometers_altitude(struct mavlink_barometers *b, enum mavlink_alti
     choose(b, now_ns);
 }
 
+void mavlink_barometers_primary(struct mavlink_barometers *b, int primary)
+{
+    const int number = primary >= 1 && primary < MAVLINK_BAROMETERS ? primary + 1 : MAVLINK_BAROMETER_ANY;
+
+    b->answered = true;
+    if (number == b->primary)
+        return;
+    if (b->used == b->primary && b->used != MAVLINK_BAROMETER_ANY && !b->of[b->used - 1].wet)
+        b->used = b->named;
+    b->primary = number;
+}
+
+void mavlink_barometers_unsay(struct mavlink_barometers *b)
+{
+    mavlink_barometers_primary(b, 0);
+    b->answered = false;
+}
+
+const char *mavlink_barometers_ask(struct mavlink_barometers *b)
+{
+    const unsigned n = b->asks++;
+
+    if (b->named != MAVLINK_BAROMETER_ANY || (b->answered && n % ASK_AGAIN != 0))
+        return NULL;
+    return primaries[(b->answered ? n / ASK_AGAIN : n) % PRIMARIES];
+}
+
+bool mavlink_barometers_is_primary(const char *name)
+{
+    for (size_t i = 0; i < PRIMARIES; i++)
+        if (strcmp(name, primaries[i]) == 0)
+            return true;
+    return false;
+}
+
 int mavlink_barometers_depth(const struct mavlink_barometers *b)
 {
     return b->named == MAVLINK_BAROMETER_ANY && b->against != MAVLINK_BAROMETER_ANY ? MAVLINK_BAROMETER_ANY
@@ -173,8 +219,10 @@ static bool say_none(struct mavlink_barometers *b, char *text, size_t size)
                                   mavlink_barometers_name(b, i + 1, one));
     snprintf(text, size, "no depth: %s; received: %s",
              b->named ? "the barometer named by --barometer sends nothing"
-                      : "it is not known which barometer is in the water until one follows the altitude or is 3 m "
-                        "deep; --barometer 2 names SCALED_PRESSURE2",
+             : b->primary
+                 ? "the autopilot's depth sensor by BARO_PRIMARY sends nothing"
+                 : "it is not known which barometer is in the water until one follows the altitude or is 3 m "
+                   "deep; --barometer 2 names SCALED_PRESSURE2",
              n ? list : "no pressure");
     b->told_none = true;
     return true;
@@ -200,9 +248,10 @@ bool mavlink_barometers_news(struct mavlink_barometers *b, uint64_t now_ns, char
     if (b->told_used != b->used) {
         b->told_used = b->used;
         snprintf(text, size, "depth from %s, %s", mavlink_barometers_name(b, b->used, one),
-                 b->named        ? "as --barometer says"
-                 : used->deep_ns ? "which reads more than a hull holds"
-                                 : "which follows the altitude");
+                 b->named                ? "as --barometer says"
+                 : used->deep_ns         ? "which reads more than a hull holds"
+                 : b->primary == b->used ? "the autopilot's depth sensor by BARO_PRIMARY"
+                                         : "which follows the altitude");
         return true;
     }
     if (b->against != MAVLINK_BAROMETER_ANY && b->told_against != b->against) {

@@ -2,9 +2,11 @@
 /*
  * mavlink_barometer - which of an autopilot's barometers is in the water. SCALED_PRESSURE, 2 and 3 say what each reads
  * and not where it is; one in the hull reads the air of the surface at any depth, and would make every depth zero. So a
- * barometer counts only when it is named, when it reads more than a hull holds, or when it follows the autopilot's own
- * altitude by the law of water. Until then there is no depth, nor once the one that was used sends nothing any more,
- * unless another is in the water. Pure: pressures, altitudes and the time of their arrival
+ * barometer counts only when it is named, when it reads more than a hull holds, when it follows the autopilot's own
+ * altitude by the law of water, or when ArduSub says that it is its depth sensor: at its start it sets BARO_PRIMARY
+ * (GND_PRIMARY before 4.1) to the first barometer whose driver is one for water, and to 0 where there is none, so that
+ * 1 and 2 name one and 0 says nothing. Until then there is no depth, nor once the one that was used sends nothing any
+ * more, unless another is in the water. Pure: pressures, altitudes and the time of their arrival
  * (CLOCK_MONOTONIC nanoseconds) go in.
  */
 #ifndef SONARD_MAVLINK_BAROMETER_H
@@ -48,6 +50,9 @@ struct mavlink_barometers {
     double m_per_hpa;
     struct mavlink_barometer of[MAVLINK_BAROMETERS]; /* of number 1, 2, 3 */
     struct mavlink_altitude_mark mark[MAVLINK_ALTITUDES];
+    int primary;       /* number of the autopilot's depth sensor; MAVLINK_BAROMETER_ANY: it did not say */
+    bool answered;     /* it was asked for that, and answered */
+    unsigned asks;     /* times that the name of a parameter was asked for */
     int used;          /* number; MAVLINK_BAROMETER_ANY: not known yet, or it has gone silent */
     int against;       /* another that is in the water and reads another depth, or MAVLINK_BAROMETER_ANY */
     uint64_t begin_ns; /* of the first reading; 0: none yet */
@@ -68,6 +73,21 @@ void mavlink_barometers_pressure(struct mavlink_barometers *b, int number, doubl
 /** mavlink_barometers_altitude - the autopilot's altitude, m upward from anywhere; ignored when it is not finite. */
 void mavlink_barometers_altitude(struct mavlink_barometers *b, enum mavlink_altitude from, double altitude_m,
                                  uint64_t now_ns);
+
+/** mavlink_barometers_primary - a submarine's BARO_PRIMARY, as it is: counted from 0. */
+void mavlink_barometers_primary(struct mavlink_barometers *b, int primary);
+
+/** mavlink_barometers_unsay - the vehicle was gone, and may have started without it: it has to say so again. */
+void mavlink_barometers_unsay(struct mavlink_barometers *b);
+
+/**
+ * mavlink_barometers_ask - once a second: the name of a parameter to ask a submarine for now; NULL: none. Asked again
+ * now and then, for it may have started anew.
+ */
+const char *mavlink_barometers_ask(struct mavlink_barometers *b);
+
+/** mavlink_barometers_is_primary - is that the name of such a parameter? */
+bool mavlink_barometers_is_primary(const char *name);
 
 /**
  * mavlink_barometers_depth - number of the barometer to take the depth from; MAVLINK_BAROMETER_ANY: none, since it is

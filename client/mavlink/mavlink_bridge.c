@@ -154,6 +154,19 @@ static void ask_for_thrusters(struct mavlink_bridge *b, uint64_t now_ns)
         send_message(b, MAVLINK_PARAM_REQUEST_READ, &m, now_ns);
 }
 
+/* Which of its barometers is in the water. */
+static void ask_for_barometer(struct mavlink_bridge *b, uint64_t now_ns)
+{
+    struct mavlink_param_request_read m = {
+        .param_index = -1, .target_system = b->vehicle.system_id, .target_component = 1};
+    const char *name = b->vehicle.thrusters.submarine ? mavlink_barometers_ask(&b->vehicle.barometers) : NULL;
+
+    if (!name)
+        return;
+    memcpy(m.param_id, name, strnlen(name, sizeof m.param_id));
+    send_message(b, MAVLINK_PARAM_REQUEST_READ, &m, now_ns);
+}
+
 #define WHY_LASTS_S 10 /* until standard error says why: parameters take some seconds, and a message may be lost */
 
 /* Every second, for a daemon that has just started. It also tells the daemon that its sonars belong to a vehicle, even
@@ -542,6 +555,7 @@ static void do_second(struct mavlink_bridge *b, uint64_t now_ns)
         is_due(&b->ask_due_ns, ASK_EVERY_NS, now_ns))
         ask_for_rates(b, attitude, now_ns);
     ask_for_thrusters(b, now_ns);
+    ask_for_barometer(b, now_ns);
 }
 
 /* One that was just connected to gets the time to answer. */

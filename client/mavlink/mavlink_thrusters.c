@@ -8,9 +8,10 @@
 #define ATTITUDE_OLD_NS 300000000u
 #define REORDERED_NS    100000000u /* a message that is older than the last by less was overtaken */
 #define RESTARTED_NS    2000000000u
-#define IN_SECOND       12   /* of 20 samples */
-#define CLIMB_S         2.0  /* of the average: a motion to and fro pushes to and fro */
-#define CLIMB_OFF       0.03 /* of the average */
+#define SELDOM_NS       2000000000u /* two samples that are no farther apart come at a rate */
+#define IN_SECOND       12          /* of 20 samples */
+#define CLIMB_S         2.0         /* of the average: a motion to and fro pushes to and fro */
+#define CLIMB_OFF       0.03        /* of the average */
 #define CLIMB_MOST      20.0
 #define CLIMB_OLD_NS    1000000000u
 #define CLIMBS_NS       5000000000u
@@ -28,8 +29,8 @@
 #define STICKS_6 56
 #define NEEDED   8 /* outputs: there is no BlueROV2 whose motors are beyond */
 
-const char *const mavlink_no_bound_words[] = {"",       "messages", "parameters", "frame",  "motors",
-                                              "sticks", "pulses",   "clock",      "vehicle"};
+const char *const mavlink_no_bound_words[] = {"",       "messages", "rate",   "parameters", "frame",
+                                              "motors", "sticks",   "pulses", "clock",      "vehicle"};
 
 void mavlink_thrusters_init(struct mavlink_thrusters *t, const struct mavlink_thrusters_conf *conf)
 {
@@ -252,7 +253,7 @@ void mavlink_thrusters_servo(struct mavlink_thrusters *t, const struct mavlink_s
         t->why = MAVLINK_BOUND;
     } else {
         speed_bound_start(&t->bound, &t->conf.drag);
-        mavlink_thrusters_lose(t, MAVLINK_NO_MESSAGES);
+        mavlink_thrusters_lose(t, t->t_ns && t_ns - t->t_ns <= SELDOM_NS ? MAVLINK_NO_RATE : MAVLINK_NO_MESSAGES);
     }
     memcpy(t->thrust, now, sizeof now);
     t->before = t->attitude;
@@ -275,7 +276,8 @@ enum mavlink_no_bound mavlink_thrusters_why(const struct mavlink_thrusters *t, u
     int output[THRUST_MOTORS];
     if (!t->submarine)
         return MAVLINK_NO_VEHICLE;
-    if (t->why == MAVLINK_BOUND && now_ns > t->heard_ns + MAVLINK_THRUSTERS_GAP_NS)
+    if ((t->why == MAVLINK_BOUND && now_ns > t->heard_ns + MAVLINK_THRUSTERS_GAP_NS) ||
+        (t->why == MAVLINK_NO_RATE && now_ns > t->heard_ns + SELDOM_NS))
         return MAVLINK_NO_MESSAGES;
     /* that nothing comes says less than that what comes would be of no use */
     return t->why == MAVLINK_NO_MESSAGES && wire(t, &frame, output) != MAVLINK_BOUND ? wire(t, &frame, output)

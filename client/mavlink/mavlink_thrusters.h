@@ -23,6 +23,7 @@
 enum mavlink_no_bound {
     MAVLINK_BOUND, /* there is one */
     MAVLINK_NO_MESSAGES,
+    MAVLINK_NO_RATE, /* they come, and too seldom */
     MAVLINK_NO_PARAMETERS,
     MAVLINK_NO_FRAME,
     MAVLINK_NO_MOTORS,

@@ -35,6 +35,7 @@ bool mavlink_vehicle_present(struct mavlink_vehicle *vehicle, uint64_t now_ns)
         vehicle->aiding = (struct mavlink_aiding){0};
         vehicle->next.has = 0;
         mavlink_thrusters_forget(&vehicle->thrusters);
+        mavlink_barometers_unsay(&vehicle->barometers);
     }
     return vehicle->present;
 }
@@ -356,6 +357,12 @@ static void take_param(struct mavlink_vehicle *vehicle, const struct mavlink_fra
 
     mavlink_unpack(frame->message, frame->payload, &m);
     mavlink_thrusters_param(&vehicle->thrusters, &m);
+
+    char name[MAVLINK_PARAM_ID + 1] = {0};
+
+    memcpy(name, m.param_id, MAVLINK_PARAM_ID);
+    if (vehicle->thrusters.submarine && mavlink_barometers_is_primary(name) && fabsf(m.param_value) < 100)
+        mavlink_barometers_primary(&vehicle->barometers, (int)lrintf(m.param_value));
 }
 
 static void take_clock(struct mavlink_vehicle *vehicle, const struct mavlink_frame *frame, uint64_t now_ns)

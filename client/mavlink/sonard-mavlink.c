@@ -267,7 +267,7 @@ int main(int argc, char **argv)
         status = run_bridge(&conf, &link);
     }
     if (status == EXIT_USAGE)
-        fprintf(stderr, "sonard-mavlink: %s; see `sonard-mavlink --help`\n", fault.text);
+        arguments_tell("sonard-mavlink", fault.text, "sonard-mavlink --help");
     if (fflush(stdout) != 0 || ferror(stdout)) {
         fprintf(stderr, "sonard-mavlink: standard output: %s\n", strerror(errno));
         status = EXIT_OUTPUT;

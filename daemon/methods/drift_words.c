@@ -11,17 +11,19 @@
 /* By the words of no_speed_bound: what is wrong, and what to do. */
 static const struct {
     const char *what, *remedy;
-} no_bounds[] = {{"no bound of its speed comes", "see whether sonard-mavlink still runs"},
-                 {"the autopilot does not say often enough what its thrusters do (SERVO_OUTPUT_RAW)",
-                  "let sonard-mavlink send to it"},
-                 {"the autopilot does not answer for FRAME_CONFIG, MOT_n_DIRECTION and SERVOn_FUNCTION",
-                  "let sonard-mavlink send to it"},
-                 {"FRAME_CONFIG is of a frame that sonard-mavlink does not know", "frames 0 to 6 are known"},
-                 {"not every motor of the frame has an output of its own (SERVOn_FUNCTION)",
-                  "each needs one, and MOT_n_DIRECTION 1 or -1"},
-                 {"an output passes the pilot's sticks through (SERVOn_FUNCTION 51 to 56)", "set it to 0"},
-                 {"a thruster's pulse is not from 1100 to 1900 us", "see MOT_PWM_MIN and MOT_PWM_MAX"},
-                 {"the autopilot's clock jumps", "see whether two have one system id"}};
+} no_bounds[] = {
+    {"no bound of its speed comes", "see whether sonard-mavlink still runs"},
+    {"the autopilot does not say what its thrusters do (SERVO_OUTPUT_RAW)", "let sonard-mavlink send to it"},
+    {"the thrusters' outputs (SERVO_OUTPUT_RAW) come below 5 Hz",
+     "let sonard-mavlink ask for 20 Hz, or set SR0_RC_CHAN to 20"},
+    {"the autopilot does not answer for FRAME_CONFIG, MOT_n_DIRECTION and SERVOn_FUNCTION",
+     "let sonard-mavlink send to it"},
+    {"FRAME_CONFIG is of a frame that sonard-mavlink does not know", "frames 0 to 6 are known"},
+    {"not every motor of the frame has an output of its own (SERVOn_FUNCTION)",
+     "each needs one, and MOT_n_DIRECTION 1 or -1"},
+    {"an output passes the pilot's sticks through (SERVOn_FUNCTION 51 to 56)", "set it to 0"},
+    {"a thruster's pulse is not from 1100 to 1900 us", "see MOT_PWM_MIN and MOT_PWM_MAX"},
+    {"the autopilot's clock jumps", "see whether two have one system id"}};
 
 const char *drift_bound_doubt(const struct methods_env *d)
 {

@@ -333,6 +333,7 @@ static void write_open_record(struct json_out *out, const struct methods_env *d)
     json_member_count(out, "parts", r->segments);
     json_member_count(out, "messages", r->messages);
     json_member_count(out, "recording_messages", s.messages_here);
+    json_member_age(out, "recording_age_s", s.since_ns ? (double)(loop_now(d->loop) - s.since_ns) * 1e-9 : -1);
     json_member_count(out, "lost_messages", r->lost_messages);
     json_member_count(out, "overflows", s.overflows);
     json_member_count(out, "waiting_bytes", s.waiting_bytes);
@@ -361,7 +362,7 @@ static bool pause_record(const struct methods_env *d, bool paused, struct json_o
     }
     if (record_paused(d->record) != paused)
         log_line(LOG_NOTICE, "record", "recording %s on request", paused ? "ends" : "begins");
-    record_pause(d->record, paused);
+    record_pause(d->record, paused, loop_now(d->loop));
     json_out_open(out, '{');
     write_open_record(out, d);
     json_out_close(out, '}');

@@ -41,7 +41,8 @@ struct record {
     /* the loop's */
     uint32_t filling; /* the block that messages go to, or NO_BLOCK */
     uint64_t messages, overflows, taken_bytes;
-    uint64_t messages_before; /* the present recording */
+    uint64_t messages_before; /* the present recording ... */
+    uint64_t since_ns;        /* ... which was asked for then; 0: none was */
     bool paused, told;        /* as asked for, and as the thread was told in order with the messages */
 
     /* the thread's, once it runs */
@@ -179,10 +180,12 @@ void record_tick(struct record *rec)
     hand_over(rec);
 }
 
-void record_pause(struct record *rec, bool paused)
+void record_pause(struct record *rec, bool paused, uint64_t now_ns)
 {
-    if (rec->paused && !paused)
+    if (rec->paused && !paused) {
         rec->messages_before = rec->messages;
+        rec->since_ns = now_ns;
+    }
     rec->paused = paused;
     tell(rec);
     hand_over(rec);
@@ -197,6 +200,7 @@ void record_status(struct record *rec, struct record_status *out)
 {
     snapshot_read(&rec->status, &out->segments);
     out->overflows = rec->overflows;
+    out->since_ns = rec->since_ns;
     out->segments.messages = rec->messages;
     out->messages_here = rec->messages - rec->messages_before;
     out->segments.lost_messages += rec->overflows;
@@ -251,6 +255,7 @@ struct record *record_open(const struct segments_conf *conf, uint64_t now_ns, st
         return NULL;
     }
     rec->paused = rec->told = conf->paused;
+    rec->since_ns = conf->paused ? 0 : now_ns;
     publish(rec);
     return rec;
 }

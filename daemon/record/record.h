@@ -15,6 +15,7 @@
 struct record_status {
     struct segments_status segments; /* messages: taken or lost until now; lost_messages: with those lost here */
     uint64_t messages_here;          /* of those, since it was last told to go on */
+    uint64_t since_ns;               /* when that was; 0: never */
     uint64_t overflows;              /* of the lost: there was no room, since the disk is too slow */
     uint64_t waiting_bytes;          /* not yet taken by the disk's side */
 };
@@ -43,7 +44,7 @@ void record_tick(struct record *rec);
 
 /** record_pause - from here on keep nothing, or go on in a new segment; see segments_pause. What came before is still
  * written. The disk's side follows within a quarter of a second: record_status says when. */
-void record_pause(struct record *rec, bool paused);
+void record_pause(struct record *rec, bool paused, uint64_t now_ns);
 
 /** record_paused - what was asked for last. */
 bool record_paused(const struct record *rec);

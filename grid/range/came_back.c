@@ -6,7 +6,7 @@
 
 #define HEAD_PARTS  6
 #define HEAD_PASSES 8
-#define FAN_PARTS   12
+#define FAN_PARTS   6 /* in one ping: who swims along the fan comes back part by part */
 #define FAN_PASSES  400
 #define BACK_NS     300000000000u /* of what the sensor passes no more */
 
@@ -160,6 +160,20 @@ static void turn_to(struct came_back *c, uint32_t next, uint64_t t_ns)
     c->pass = (struct came_back_pass){.part = next};
 }
 
+static bool is_same(float a_m, float b_m)
+{
+    return fabsf(a_m - b_m) <= SAME_M;
+}
+
+/* What two looks in a row show is there. One alone may be a false echo of a receiver that is deaf: what was there
+ * before stays in mind. */
+static void keep(struct came_back_bearing *at, float range_m, uint64_t since_ns)
+{
+    if (at->strong_ns == 0 || at->strong_ns < since_ns || is_same(range_m, at->last_m))
+        at->range_m = range_m;
+    at->last_m = range_m;
+}
+
 static void show(struct came_back *c, const struct echoes *e, const struct view *v, uint32_t beam)
 {
     const uint32_t bearing = bearing_of(v, e, beam);
@@ -171,18 +185,19 @@ static void show(struct came_back *c, const struct echoes *e, const struct view 
     if (due)
         count_look(c, v, bearing, e->beam[beam].n == 0, e->t_ns);
     at->looked_ns = e->t_ns;
-    if (!echo)
+    if (!echo) {
+        at->last_m = 0;
         return;
+    }
     find(c, v, bearing, e->t_ns);
-    if (due && part->gone_ns > part->since_ns && fabsf(echo->range_m - at->range_m) <= SAME_M) {
+    if (due && part->gone_ns > part->since_ns && is_same(echo->range_m, at->range_m)) {
         part->gone_ns = 0;
-        part->back_ns = e->t_ns;
-        part->back = v->fan ? FAN_PASSES : HEAD_PASSES;
+        part->again = true;
         part->heard = CAME_BACK_UNKNOWN;
     }
     part->pose = e->pose;
+    keep(at, echo->range_m, part->since_ns);
     at->strong_ns = e->t_ns;
-    at->range_m = echo->range_m;
 }
 
 static void look(struct came_back *c, const struct echoes *e, const struct view *v, uint32_t beam)
@@ -197,6 +212,23 @@ static void look(struct came_back *c, const struct echoes *e, const struct view 
         part->pose = e->pose;
     }
     show(c, e, v, beam);
+}
+
+/* What has come back in this ping counts; of a fan, if it came back in so many parts at once. */
+static void count_back(struct came_back *c, const struct view *v, uint64_t t_ns)
+{
+    uint32_t together = 0;
+
+    for (int k = 0; k < CAME_BACK_PARTS; k++)
+        together += c->part[k].again;
+    for (int k = 0; k < CAME_BACK_PARTS; k++) {
+        struct came_back_part *part = &c->part[k];
+        if (part->again && together >= (v->fan ? FAN_PARTS : 1)) {
+            part->back_ns = t_ns;
+            part->back = v->fan ? FAN_PASSES : HEAD_PASSES;
+        }
+        part->again = false;
+    }
 }
 
 static bool is_doubt(const struct came_back *c, uint64_t now_ns, uint32_t parts)
@@ -223,6 +255,7 @@ bool came_back_run(struct came_back *c, const struct echoes *e)
     standing_follow(&c->standing, e->t_ns, &e->pose);
     for (uint32_t i = 0; i < e->n_beams; i++)
         look(c, e, &v, i);
+    count_back(c, &v, e->t_ns);
     if (v.fan)
         turn_to(c, 0, e->t_ns);
     return is_doubt(c, e->t_ns, v.fan ? FAN_PARTS : HEAD_PARTS);

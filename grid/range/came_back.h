@@ -17,10 +17,11 @@
 #define CAME_BACK_PARTS    36  /* of a head's turn; a fan has CAME_BACK_FAN */
 #define CAME_BACK_FAN      16
 
-/* When the sensor last looked there, and the last strong echo: it stays in mind when looks miss it. */
+/* When the sensor last looked there, and when it last had a strong echo; where that is to be expected: it stays in mind
+ * when looks miss it. */
 struct came_back_bearing {
     uint64_t looked_ns, strong_ns; /* 0: never */
-    float range_m;
+    float range_m, last_m;         /* last_m: in the last look; 0: none */
 };
 
 /* What the last pass has heard of a part. */
@@ -31,9 +32,10 @@ struct came_back_part {
     uint64_t since_ns; /* what is in mind was seen from here, since then: */
     struct pose pose;
     uint64_t gone_ns; /* end of a pass that missed it; 0: none has */
-    uint64_t back_ns; /* when some of it was there again ... */
+    uint64_t back_ns; /* when some of it was there again, as if the receiver had been deaf ... */
     uint32_t back;    /* ... which counts for so many passes more */
     uint8_t heard;    /* enum came_back_heard, since then */
+    bool again;       /* this ping shows some of it again */
 };
 
 /* Looks where a strong echo was, and those of them that found none at all. */
@@ -65,8 +67,8 @@ struct came_back {
 };
 
 /**
- * came_back_run - a ping after its echoes were marked. True while there is a doubt: strong echoes in six parts of a
- * head, or 12 of a fan, were missed by a pass and then were there again at the same bearing and range. It ends once
+ * came_back_run - a ping after its echoes were marked. True while there is a doubt: strong echoes in six parts were
+ * missed by a pass and then were there again at the same bearing and range; in a fan, by the same ping. It ends once
  * half of these parts have been heard again and the last pass through none of them misses more than a quarter of what
  * it should hear; after eight passes of a head or 400 pings of a fan; and after 300 s of silence.
  *

@@ -13,6 +13,7 @@
 #include "choice.h"
 #include "hearing.h"
 #include "law_check.h"
+#include "order.h"
 #include "own_ring.h"
 #include "reflection.h"
 #include "ring_down.h"
@@ -599,24 +600,6 @@ static void extract_profile(struct extract *e, const struct ping *ping, uint16_t
     }
 }
 
-static bool is_range(float range_m)
-{
-    return range_m > 0.0f && range_m < 1e5f;
-}
-
-/* How many entries from b on are the echoes of one beam: the same direction again, farther away. */
-static uint16_t echoes_of_beam(const struct ping *ping, uint16_t b)
-{
-    const struct ping_beam *first = &ping->beam[b];
-    uint16_t n = 1;
-
-    while (is_range(first[n - 1].range_m) && b + n < ping->n_beams && first[n].az_rad == first->az_rad &&
-           first[n].el_rad == first->el_rad && is_range(first[n].range_m) &&
-           first[n].range_m > first[n - 1].range_m)
-        n++;
-    return n;
-}
-
 /*
  * A sonar that picks its ranges does not say how near it hears, unless ring_down does. Where its scan begins is known
  * of some, but not that the transducer has stopped ringing by then.
@@ -641,26 +624,30 @@ static struct echo echo_at(float range_m, float near_m, const struct ping_beam *
     };
 }
 
-/* The device has picked the ranges itself: n of them in one beam. */
+/* The device has picked the ranges itself: n of them in one beam, of which those count that are ranges. */
 static void extract_ranges(const struct extract *e, const struct ping *ping, float range_max_m,
-                           const struct ping_beam *beam, uint16_t n, struct beam_echoes *out)
+                           const struct order_entry *of_beam, uint16_t n, struct beam_echoes *out)
 {
     const double begin_m = fmax((double)ping->r0_m, (double)ping->deaf_m);
+    const bool any = order_is_range(of_beam->beam);
 
-    if (!is_range(beam->range_m) && beam->range_m != 0.0f)
+    if (!any && of_beam->beam->range_m != 0.0f)
         return;
     out->state = BEAM_SILENT;
     const double ring_m = e->conf.ring_down_m >= 0.0 ? e->conf.ring_down_m : RANGES_BLIND_M;
     out->blind_m = (float)(begin_m > ring_m && begin_m < 1e5 ? begin_m : ring_m);
-    if (!is_range(beam->range_m)) {
+    if (!any) {
         out->free_to_m = fminf((float)e->conf.minimum_range_m, range_max_m);
         out->heard_from_m = out->blind_m;
         out->heard_to_m = range_max_m;
         return;
     }
     out->state = BEAM_ECHO;
-    for (; out->n < n && out->n < ECHOES_PER_BEAM; out->n++, beam++)
-        out->echo[out->n] = echo_at(beam->range_m, INFINITY, beam);
+    for (uint16_t i = 0; i < n && out->n < ECHOES_PER_BEAM && order_is_range(of_beam[i].beam); i++) {
+        const struct ping_beam *beam = of_beam[i].beam;
+        if (out->n == 0 || beam->range_m > out->echo[out->n - 1].range_m)
+            out->echo[out->n++] = echo_at(beam->range_m, INFINITY, beam);
+    }
     if (ping->deaf_m > 0.0f && choice_may_be_double(out->echo[0].near_m, out->blind_m))
         return;
     out->free_to_m = out->echo[0].near_m;
@@ -702,7 +689,7 @@ static void extract_choice(const struct extract *e, const struct ping *ping, uin
                            struct beam_echoes *out)
 {
     const struct ping_beam *beam = &ping->beam[b];
-    const bool chosen = is_range(beam->range_m);
+    const bool chosen = order_is_range(beam);
     struct choice_ring ring = {.promised_m = e->conf.ring_down_m};
     struct choice c;
 
@@ -765,6 +752,28 @@ static void learn(struct extract *e, const struct of_ping *of_ping, const struct
         hearing_prove(&e->now->hearing, levels);
 }
 
+static struct beam_echoes *add_beam(struct echoes *out, const struct ping_beam *axis)
+{
+    struct beam_echoes *beam = &out->beam[out->n_beams++];
+
+    *beam = (struct beam_echoes){.az_rad = axis->az_rad, .el_rad = axis->el_rad, .state = BEAM_BLIND};
+    return beam;
+}
+
+/* The entries come in any order; who has neighbours in the list has them in the water only once they are in order. */
+static void extract_ready(const struct extract *e, const struct ping *ping, struct echoes *out)
+{
+    struct order order;
+
+    order_ranges(ping, &order);
+    for (uint16_t i = 0, n; i < order.n && out->n_beams < out->max_beams; i = (uint16_t)(i + n)) {
+        struct beam_echoes *beam = add_beam(out, order.entry[i].beam);
+        n = order_of_beam(&order, i);
+        if (!(ping->flags & PING_UNHEARD))
+            extract_ranges(e, ping, out->range_max_m, &order.entry[i], n, beam);
+    }
+}
+
 void extract_run(struct extract *extract, const struct ping *ping, const struct extract_aid *aid,
                  struct echoes *out)
 {
@@ -793,15 +802,13 @@ void extract_run(struct extract *extract, const struct ping *ping, const struct 
     struct hearing_levels levels;
     if (heard)
         levels = listen(extract, ping);
-    for (uint16_t b = 0, n = 1; b < ping->n_beams && out->n_beams < out->max_beams; b = (uint16_t)(b + n)) {
-        struct beam_echoes *beam = &out->beam[out->n_beams++];
-        *beam = (struct beam_echoes){
-            .az_rad = ping->beam[b].az_rad, .el_rad = ping->beam[b].el_rad, .state = BEAM_BLIND};
+    if (ready)
+        extract_ready(extract, ping, out);
+    for (uint16_t b = 0; !ready && b < ping->n_beams && out->n_beams < out->max_beams; b++) {
+        struct beam_echoes *beam = add_beam(out, &ping->beam[b]);
         if (ping->flags & PING_UNHEARD)
             continue;
-        if (ready)
-            extract_ranges(extract, ping, out->range_max_m, &ping->beam[b], n = echoes_of_beam(ping, b), beam);
-        else if (choice)
+        if (choice)
             extract_choice(extract, ping, b, &of_ping, beam);
         else if (profile)
             extract_profile(extract, ping, b, aid, &of_ping, beam);

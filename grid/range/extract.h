@@ -114,9 +114,9 @@ struct extract *extract_init(void *mem, const struct extract_conf *conf, uint32_
  * ready ranges have none of it.
  *
  * Pings that are PING_UNHEARD are BEAM_BLIND. Pings with ready ranges: range > 0 becomes one echo with the device's own
- * deviation and confidence, 0 is silence, and anything else BEAM_BLIND; entries of the same direction in order of range
- * become one beam, whose first ECHOES_PER_BEAM are kept. Where deaf_m is known, a first echo nearer than twice the
- * blind range frees nothing.
+ * deviation and confidence, 0 is silence, and anything else BEAM_BLIND; entries of the same direction become one beam,
+ * whose ECHOES_PER_BEAM nearest echoes are kept. Their beams come out in order (order.h), whatever order the entries
+ * have. Where deaf_m is known, a first echo nearer than twice the blind range frees nothing.
  *
  * Pings with a choice: likewise, but the water is free only as far as the profile shows it (choice.h), and the profile
  * of the ping before showed it, too: the first ping frees nothing. An earlier echo that is as strong as the chosen one

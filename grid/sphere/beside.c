@@ -34,20 +34,45 @@ static void reach_last(struct beam_row *row, const struct beam *b, const struct 
     }
 }
 
-static void reach_beam(struct beam_row *row, const struct echoes *e, uint16_t index, uint16_t other)
+/* The next beam of the row, round the whole turn where it goes all the way round; none there: `index` itself. */
+static uint16_t next_of(const struct echoes *e, uint16_t index, int step)
 {
-    if (frees(&e->beam[other]))
-        reach(row, geo_wrap_pi((double)e->beam[other].az_rad - (double)e->beam[index].az_rad));
+    const float el_rad = e->beam[index].el_rad;
+    int at = index + step;
+    if (at >= 0 && at < e->n_beams && e->beam[at].el_rad == el_rad)
+        return (uint16_t)at;
+    for (at = index; at - step >= 0 && at - step < e->n_beams && e->beam[at - step].el_rad == el_rad;)
+        at -= step;
+    return (uint16_t)at;
+}
+
+/*
+ * On a side (-1 the left one, 1 the right one) the row reaches towards the nearest beam there, if that one freed water.
+ * Beams of a ping are in order, so it is the next one. A row that does not go all the way round has its other end for a
+ * next one at either end: on the side where a nearer one is.
+ */
+static void reach_side(struct beam_row *row, const struct echoes *e, uint16_t index, int side)
+{
+    double nearest_rad = INFINITY;
+    bool free = false;
+    for (int step = -1; step <= 1; step += 2) {
+        const struct beam_echoes *other = &e->beam[next_of(e, index, step)];
+        const double gap_rad = side * geo_wrap_pi((double)other->az_rad - (double)e->beam[index].az_rad);
+        if (gap_rad <= 0 || gap_rad > nearest_rad)
+            continue;
+        nearest_rad = gap_rad;
+        free = frees(other);
+    }
+    if (free)
+        reach(row, side * nearest_rad);
 }
 
 struct beam_row beside_row(const struct beam *b, uint16_t index, const struct beside_last *last)
 {
     const struct echoes *e = b->ping;
     struct beam_row row = {.half_az_rad = e->az_aperture_rad / 2, .half_el_rad = e->el_aperture_rad / 2};
-    if (index > 0)
-        reach_beam(&row, e, index, (uint16_t)(index - 1));
-    if (index + 1 < e->n_beams)
-        reach_beam(&row, e, index, (uint16_t)(index + 1));
+    reach_side(&row, e, index, -1);
+    reach_side(&row, e, index, 1);
     if (e->n_beams == 1)
         reach_last(&row, b, last);
     row.seam_rad = fmaxf(row.left_rad, row.right_rad);

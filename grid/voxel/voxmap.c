@@ -295,7 +295,7 @@ static float cut_elevation(const struct echoes *e)
     float half = e->el_aperture_rad / 2;
     for (int b = 1; b < e->n_beams; b++) {
         float apart = fabsf(e->beam[b].el_rad - e->beam[b - 1].el_rad);
-        if (apart > 0 && e->beam[b].az_rad == e->beam[b - 1].az_rad && apart / 2 < half)
+        if (apart > 0 && apart / 2 < half)
             half = apart / 2;
     }
     return half;

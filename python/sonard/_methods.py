@@ -97,8 +97,8 @@ class Methods:
             depth_m: Optional[float] = None, attitude_deg: Optional[Sequence[float]] = None,
             quaternion: Optional[Sequence[float]] = None, velocity_mps: Optional[Sequence[float]] = None,
             altitude_m: Optional[float] = None, speed_bound_mps: Optional[Sequence[float]] = None,
-            no_speed_bound: Optional[Literal["messages", "parameters", "frame", "motors", "sticks", "pulses", "clock",
-            "vehicle"]] = None, push_n: Optional[Sequence[float]] = None) -> None:
+            no_speed_bound: Optional[Literal["messages", "rate", "parameters", "frame", "motors", "sticks", "pulses",
+            "clock", "vehicle"]] = None, push_n: Optional[Sequence[float]] = None) -> None:
         """Where the vehicle is.
         t_unix: Unix time of the measurement; in s.
         position_m: north, east, down; in m.
@@ -439,8 +439,8 @@ class AsyncMethods:
             depth_m: Optional[float] = None, attitude_deg: Optional[Sequence[float]] = None,
             quaternion: Optional[Sequence[float]] = None, velocity_mps: Optional[Sequence[float]] = None,
             altitude_m: Optional[float] = None, speed_bound_mps: Optional[Sequence[float]] = None,
-            no_speed_bound: Optional[Literal["messages", "parameters", "frame", "motors", "sticks", "pulses", "clock",
-            "vehicle"]] = None, push_n: Optional[Sequence[float]] = None) -> None:
+            no_speed_bound: Optional[Literal["messages", "rate", "parameters", "frame", "motors", "sticks", "pulses",
+            "clock", "vehicle"]] = None, push_n: Optional[Sequence[float]] = None) -> None:
         """Where the vehicle is.
         t_unix: Unix time of the measurement; in s.
         position_m: north, east, down; in m.

@@ -328,6 +328,7 @@ class RecordState(TypedDict):
     parts: int
     messages: int
     recording_messages: int
+    recording_age_s: Optional[float]
     lost_messages: int
     overflows: int
     waiting_bytes: int

@@ -100,7 +100,7 @@ def configurations(bench):
 
 # arguments, words of the message
 OPTIONS = (
-    (("--nonsense",), "no option --nonsense; see 'sonard --help'"),
+    (("--nonsense",), "no option --nonsense; see `sonard --help`"),
     (("--chekc",), "no option --chekc; did you mean --check?"),
     (("stray",), "stray: expected options only; a configuration is given as -c stray"),
     (("--check", "-c", "x"), "--check needs a configuration, without -c: --check FILE"),

@@ -41,7 +41,7 @@ CONFIGURATIONS = (
 
 # program, words, exit status, what the message names; CONF is a good configuration, NONE a file that is not there
 COMMANDS = (
-    ("azimuth in words", SONARCTL, ("blocked", "north", "--distance", "5"), 3, ("AZ must be a number of degrees",)),
+    ("azimuth in words", SONARCTL, ("blocked", "north", "--distance", "5"), 3, ("AZ 'north': expected degrees, -360 to 360",)),
     ("no azimuth", SONARCTL, ("blocked", "--distance", "5"), 3, ("usage: sonarctl blocked AZ --distance M",)),
     ("no distance", SONARCTL, ("blocked", "30"), 3, ("--distance D is missing", "blocked --help")),
     ("distance with a unit", SONARCTL, ("blocked", "30", "--distance", "5m"), 3, ("--distance 5m: expected M as a plain number, such as 5: how far to look ahead, in m",)),
@@ -58,11 +58,13 @@ COMMANDS = (
     ("socket that a dead daemon left", SONARCTL, ("--socket", "OLD", "status"), 4, ("OLD", "Connection refused", "is sonard running")),
     ("capture that is none", SONARCTL, ("capture", "info", "CONF"), 1, ("CONF: not a capture", "MCAP")),
     ("import of something else", SONARCTL, ("capture", "import", "CONF", "NONE"), 1, ("CONF: neither a Ping-Viewer sensor log",)),
-    ("import over a file", SONARCTL, ("capture", "import", "tests/replay/box-head.txt", "CONF"), 1, ("CONF: File exists",)),
+    ("import over a file", SONARCTL, ("capture", "import", "tests/replay/box-head.txt", "CONF"), 1, ("CONF: File exists; remove it first",)),
+    ("export over a file", SONARCTL, ("capture", "export", "--csv", "tests/replay/box.mcap", "CONF"), 1, ("CONF: File exists; remove it first",)),
+    ("replay of an empty file", SONARD, ("--replay", "EMPTY"), 1, ("sonard: EMPTY: the file is empty\n",)),
     ("export without a form", SONARCTL, ("capture", "export", "CONF"), 2, ("export needs --csv",)),
     ("replay without a file", SONARD, ("--replay",), 2, ("--replay CAPTURE.mcap",)),
     ("replay of nothing", SONARD, ("--replay", "NONE"), 1, ("NONE: No such file",)),
-    ("replay of another program's recording", SONARD, ("--replay", "CONF"), 1, ("CONF: not a capture", "`sonarctl capture import`", "`sonard-rosbag`")),
+    ("replay of another program's recording", SONARD, ("--replay", "CONF"), 1, ("CONF: not a capture", "; not a CAN log, either: no line of it", "`sonarctl capture import`", "`sonard-rosbag`")),
     ("replay of a folder", SONARD, ("--replay", "/tmp"), 1, ("/tmp: not a file",)),
     ("configuration as a word", SONARD, ("CONF",), 2, ("-c CONF",)),
     ("check of a program", SONARD, ("--check", "/bin/sh"), 1, ("/bin/sh:1: byte 0x7f in column 1; expected text in UTF-8",)),
@@ -97,13 +99,30 @@ def configurations(bench):
     check(not wrong, " || ".join(wrong))
 
 
+def options(bench):
+    """Every program tells an option that it does not have in the same words."""
+    tools = os.path.join(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))), "python")
+    programs = [((SONARD,), "sonard", "sonard --help"), ((BRIDGE,), "sonard-mavlink", "sonard-mavlink --help"),
+                ((SONARCTL,), "sonarctl", "sonarctl help"), ((SONARCTL, "blocked"), "sonarctl", "sonarctl blocked --help"),
+                ((SONARCTL, "capture", "info"), "sonarctl capture", "sonarctl capture --help")]
+    if os.path.exists(SONARD + "-web"):
+        programs.append(((SONARD + "-web",), "sonard-web", "sonard-web --help"))
+    for name in ("sonard-import", "sonard-poses", "sonard-report", "sonard-rosbag", "sonard-tune"):
+        programs.append(((os.path.join(tools, name),), name, name + " --help"))
+    for program, name, where in programs:
+        for option, told in (("--wrong-one", "--wrong-one; see `%s`" % where), ("-Z", "-Z; see `%s`" % where),
+                             ("--wrong=1", "--wrong; see `%s`" % where), ("--hlep", "--hlep; did you mean --help?")):
+            done = bench.run(*program, option)
+            check(done.returncode in (2, 3) and done.stderr == "%s: no option %s\n" % (name, told), "%s %s: %d %s" % (program, option, done.returncode, done.stderr))
+
+
 def commands(bench):
     old = socket.socket(socket.AF_UNIX)
     old.bind(bench.path("old.sock"))
     old.listen()
     old.close()
     places = {"CONF": bench.write("good.conf", PING360), "NONE": bench.path("none"), "OLD": bench.path("old.sock"),
-              "PICTURE": bench.write("x.png", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\n\xff\n\xfe\n")}
+              "EMPTY": bench.write("empty.mcap", ""), "PICTURE": bench.write("x.png", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\n\xff\n\xfe\n")}
 
     def placed(text):
         for name, path in places.items():
@@ -174,6 +193,6 @@ def refused_poses(bench):
     check(done.returncode == 6 and "off this computer's clock" in done.stderr and "at most 10 s" in done.stderr, done.stderr)
 
 
-run([("configurations", configurations), ("commands", commands), ("port_of_another_process", port_of_another_process),
+run([("configurations", configurations), ("commands", commands), ("options", options), ("port_of_another_process", port_of_another_process),
      ("missing_group", missing_group), ("refused_poses", refused_poses)], parallel=2,
-    gate=("configurations", "commands", "missing_group"))
+    gate=("configurations", "commands", "options", "missing_group"))

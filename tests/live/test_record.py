@@ -214,11 +214,15 @@ def on_request(bench):
     pings_until(client, 20)
     waits = record()
     check(waits["paused"] and not waits["recording"] and waits["messages"] == 0 == waits["lost_messages"], "before: %s" % waits)
+    check(waits["recording_age_s"] is None, "it has never recorded: %s" % waits)
     check(not glob.glob(os.path.join(directory, "*.mcap")), "a file before anybody asked for one")
     all_before = 0
     for turn in (1, 2):
         check("to " + directory in bench.sonarctl("record", "start").stdout, "sonarctl does not say where to")
-        client.call("record_start")
+        until(lambda: record()["recording"], "a file is there")
+        again = bench.sonarctl("record", "start")
+        check(again.returncode == 0 and again.stdout.startswith("already recording to %s, since 20" % record()["path"]), again.stdout + again.stderr)
+        check(0 <= client.call("record_start")["recording_age_s"] < 600, record())
         before = record()["messages"]
         until(lambda: record()["messages"] > before + 20, "more messages")
         check("waits for" in bench.sonarctl("record", "stop").stdout, "sonarctl does not say that recording has ended")

@@ -20,7 +20,7 @@ PAGE = "docs/without-a-dvl.md"
 WITHIN_S = 300
 FUNCTIONS = {"SERVO%d_FUNCTION" % (i + 1): (33 + i if i < 6 else 0) for i in range(16)}
 DIRECTIONS = {"MOT_%d_DIRECTION" % (i + 1): 1 for i in range(8)}
-PARAMETERS = dict(FUNCTIONS, **DIRECTIONS, FRAME_CONFIG=1)
+PARAMETERS = dict(FUNCTIONS, **DIRECTIONS, FRAME_CONFIG=1, BARO_PRIMARY=1)
 SET_INTERVAL = 511
 
 
@@ -114,8 +114,8 @@ class Typed:
         elif line == "systemctl enable --now sonard-mavlink":
             with open(self.options, encoding="ascii") as f:
                 options = shlex.split(f.read().split("=", 1)[1])[0].split()
-            bridge = Process(self.bench, "bridge", [os.path.join(BUILD, "sonard-mavlink"), "--socket", self.bench.socket_path] + options)
-            self.bench.processes.append(bridge)
+            self.bridge = Process(self.bench, "bridge", [os.path.join(BUILD, "sonard-mavlink"), "--socket", self.bench.socket_path] + options)
+            self.bench.processes.append(self.bridge)
         elif words[0] == "echo":
             subprocess.run(line, shell=True, check=True, stdout=subprocess.DEVNULL)
         elif words[:2] == ["sonarctl", "setup"]:
@@ -160,7 +160,8 @@ def typed_as_documented(bench):
     until(clear, "the first clear", WITHIN_S, 1)
     took_s = time.monotonic() - begin_s
     status = typed.type("sonarctl status")
-    check(", by thrusters and `current`" in status, status)
+    check(", by thrusters and `current`" in status and "no depth" not in status, status)
+    check("the autopilot's depth sensor by BARO_PRIMARY" in typed.bridge.log(), typed.bridge.log())
     check(took_s <= WITHIN_S * PATIENCE, "%g s" % took_s)
     autopilot.ended.set()
     autopilot.join()

@@ -3,7 +3,10 @@
 """sonarctl capture export: what a viewer is shown of a capture is what sonard answers when it replays it."""
 import math
 import os
+import shutil
+import signal
 import struct
+import subprocess
 import sys
 
 from voyage import ping360
@@ -12,9 +15,10 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."
 import mcap_file  # pylint: disable=wrong-import-position
 import cdr
 import protobuf
-from lib import SONARCTL, check, run
+from lib import SONARCTL, check, run, until
 
 TURN = 100  # pings
+ENDS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
 
 
 def round_trip(bench):
@@ -148,11 +152,55 @@ def refused(bench):
         ran = bench.run(SONARCTL, "capture", "export", "--foxglove", *arguments)
         check(ran.returncode == status and why in ran.stderr, "%s: %d %s" % (arguments, ran.returncode, ran.stderr))
         check(not os.path.exists(path), "%s leaves a file" % arguments)
-    check(not [name for name in os.listdir("/tmp") if name.startswith("sonarctl-%d" % os.getpid())], "a folder is left")
     ran = bench.run(SONARCTL, "capture", "export", capture, path)
     check(ran.returncode == 2 and "--foxglove" in ran.stderr, ran.stderr)
     ran = bench.run(SONARCTL, "capture", "export", "--ros2", "--foxglove", capture, path)
     check(ran.returncode == 2 and "only one of" in ran.stderr and not os.path.exists(path), ran.stderr)
 
 
-run([("export_" + f.__name__, f) for f in (foxglove, ros2, refused)])
+def cut_off(bench):
+    """Of a capture that is cut all that can be read is exported, and it is said that it is not all."""
+    _, capture = round_trip(bench)
+    with open(capture, "rb") as f:
+        cut = bench.path("cut.mcap")
+        with open(cut, "wb") as g:
+            g.write(f.read(os.path.getsize(capture) * 9 // 10))
+    path = bench.path("out.mcap")
+    ran = bench.run(SONARCTL, "capture", "export", "--foxglove", cut, path)
+    check(ran.returncode == 1 and "cut.mcap: still being written, or cut off: what can be read is exported" in ran.stderr, ran.stderr)
+    check(messages_of(path, of_protobuf)["/sonar/ping"], "what could be read is not there")
+
+
+def heed_signals():
+    """What runs in the background may ignore them."""
+    for number in ENDS:
+        signal.signal(number, signal.SIG_DFL)
+
+
+def killed(bench):
+    """A signal ends an export: nothing of it is left, neither half a file nor a folder nor a sonard."""
+    _, capture = round_trip(bench)
+    alone, folder, path = bench.path("alone"), bench.path("tmp"), bench.path("out.mcap")
+    for made in (alone, folder):
+        os.mkdir(made)
+    shutil.copy(SONARCTL, alone)
+    with open(os.path.join(alone, "sonard"), "w", encoding="ascii") as f:
+        f.write("#!/bin/sh\necho $$ >'%s/pid'\nexec sleep 1000\n" % alone)
+    os.chmod(os.path.join(alone, "sonard"), 0o755)
+    for number in ENDS:
+        with subprocess.Popen((os.path.join(alone, "sonarctl"), "capture", "export", "--ros2", capture, path),
+                              env=dict(os.environ, TMPDIR=folder), preexec_fn=heed_signals) as process:  # pylint: disable=subprocess-popen-preexec-fn
+            try:
+                until(lambda: os.path.exists(os.path.join(alone, "pid")) and os.path.getsize(os.path.join(alone, "pid")), "its sonard")
+                check(len(os.listdir(folder)) == 1 and os.path.exists(path + ".part"), os.listdir(folder))
+                process.send_signal(number)
+                check(process.wait(60) == -number, process.returncode)
+            finally:
+                process.kill()
+        check(os.listdir(folder) == [] and not os.path.exists(path + ".part") and not os.path.exists(path), os.listdir(folder))
+        with open(os.path.join(alone, "pid"), encoding="ascii") as f:
+            check(not os.path.exists("/proc/" + f.read().strip()), "its sonard is left")
+        os.unlink(os.path.join(alone, "pid"))
+
+
+run([("export_" + f.__name__, f) for f in (foxglove, ros2, refused, cut_off, killed)])

@@ -3,6 +3,7 @@
 #include "client/ctl/capture.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -106,10 +107,44 @@ TEST(existing_file_is_not_overwritten)
     make_dir();
     save(path_a, "precious", 8);
     CHECK_INT(capture("export", "--csv", "tests/replay/box.mcap", path_a, NULL, NULL), 1);
-    CHECK(strstr(said, "File exists") != NULL);
+    CHECK(strstr(said, "a.mcap: File exists; remove it first, or name another") != NULL);
     size_t n;
     uint8_t *p = load(path_a, &n);
     CHECK_INT(n, 8);
+    free(p);
+    remove_dir();
+}
+
+/* What a command that was killed has left is replaced, and what another one is writing is not. */
+TEST(an_unfinished_file_has_another_name)
+{
+    char part[160];
+    make_dir();
+    snprintf(part, sizeof part, "%s.part", path_a);
+    save(part, "half", 4);
+    const int fd = open(part, O_RDONLY | O_CLOEXEC);
+    CHECK(flock(fd, LOCK_EX) == 0);
+    CHECK_INT(capture("export", "--csv", "tests/replay/box.mcap", path_a, NULL, NULL), 1);
+    CHECK(strstr(said, "a.mcap.part: another command is writing it") != NULL);
+    CHECK(access(path_a, F_OK) != 0 && access(part, F_OK) == 0);
+    close(fd);
+    CHECK_INT(capture("export", "--csv", "tests/replay/box.mcap", path_a, NULL, NULL), 0);
+    CHECK(access(path_a, F_OK) == 0 && access(part, F_OK) != 0);
+    remove_dir();
+}
+
+/* What is left of it is exported, and that it is not all is said. */
+TEST(export_of_a_capture_that_is_cut_says_so)
+{
+    size_t n;
+    make_dir();
+    uint8_t *p = load("tests/replay/box.mcap", &n);
+    save(path_a, p, n / 2);
+    free(p);
+    CHECK_INT(capture("export", "--csv", path_a, path_b, NULL, NULL), 1);
+    CHECK(strstr(said, "a.mcap: still being written, or cut off: what can be read is exported, ") != NULL);
+    p = load(path_b, &n);
+    CHECK(strstr((char *)p, "# pings of /box/rx") != NULL);
     free(p);
     remove_dir();
 }
@@ -257,7 +292,10 @@ TEST(command_line_faults_are_said)
         {{"--csv", "import", "a"}, 2, "import comes first"},
         {{"export", "a"}, 2, "export needs --csv"},
         {{"info", "--csv", "a"}, 2, "--conf belong to export"},
-        {{"info", "--colour"}, 2, "unknown option"},
+        {{"info", "--colour"}, 2, "sonarctl capture: no option --colour; see `sonarctl capture --help`\n"},
+        {{"export", "--foxgloove", "a"}, 2, "no option --foxgloove; did you mean --foxglove?\n"},
+        {{"info", "-Z"}, 2, "no option -Z; see"},
+        {{"export", "a", "--conf"}, 2, "--conf needs a value; see"},
         {{"info", "/nonexistent"}, 1, "/nonexistent: No such file or directory"},
     };
     make_dir();
@@ -301,6 +339,8 @@ int main(void)
     RUN(of_a_cut_chunk_what_can_be_read_is_saved);
     RUN(export_of_another_device_refuses);
     RUN(existing_file_is_not_overwritten);
+    RUN(an_unfinished_file_has_another_name);
+    RUN(export_of_a_capture_that_is_cut_says_so);
     RUN(unusable_input_leaves_no_file_behind);
     RUN(cut_off_capture_is_repaired);
     RUN(export_gives_pings_and_other_messages);

@@ -311,7 +311,7 @@ TEST(command_lines_become_parameters)
         {{"c", "watch", "--id", "1e5"}, "--id 1e5: expected N, of the system"},
         {{"c", "watch", "--id", "-1"}, "--id -1: expected a whole number from 1 to 255"},
         {{"c", "sectors", "--count", "1", "--count", "2"}, "--count is given twice"},
-        {{"c", "sectors", "--cuont", "1"}, "no option --cuont here; did you mean --count?"},
+        {{"c", "sectors", "--cuont", "1"}, "no option --cuont; did you mean --count?"},
         {{"c", "sectors", "--json=yes"}, "option --json=yes takes no value"},
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {

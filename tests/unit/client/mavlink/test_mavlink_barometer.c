@@ -418,6 +418,76 @@ TEST(a_first_reading_that_is_no_air_is_no_surface)
     }
 }
 
+/* ArduSub sets BARO_PRIMARY to its depth sensor: 1 on a stock BlueROV2, 2 on a board with two of its own, 0 without. */
+TEST(the_autopilot_says_which_is_its_depth_sensor)
+{
+    static const struct {
+        int primary;
+        double hpa[MAVLINK_BAROMETERS];
+        int used;
+    } rows[] = {
+        {1, {1013, 1030, 0}, 2},
+        {2, {1013, 1013, 1030}, 3},
+        {1, {1013, 0, 0}, MAVLINK_BAROMETER_ANY}, /* it sends nothing: the hull's does not take its place */
+        {0, {1013, 1030, 0}, MAVLINK_BAROMETER_ANY},
+        {3, {1013, 1030, 0}, MAVLINK_BAROMETER_ANY},
+        {-1, {1013, 1030, 0}, MAVLINK_BAROMETER_ANY},
+        {1, {1013, 1030, 1600}, MAVLINK_BAROMETER_ANY}, /* another in the water reads something else */
+    };
+    char text[400];
+
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        begin(MAVLINK_BAROMETER_ANY);
+        mavlink_barometers_primary(&barometers, rows[i].primary);
+        read_for(3 * S, rows[i].hpa[0], rows[i].hpa[1], rows[i].hpa[2]);
+        CHECK_INT(mavlink_barometers_depth(&barometers), rows[i].used);
+    }
+    begin(MAVLINK_BAROMETER_ANY);
+    read_for(S, 1013, 1016, 1016);
+    mavlink_barometers_primary(&barometers, 1);
+    read_for(S, 1013, 1030, 1016);
+    CHECK_INT(mavlink_barometers_depth(&barometers), 2);
+    CHECK(mavlink_barometers_news(&barometers, now_ns, text, sizeof text));
+    CHECK_STR(text, "depth from SCALED_PRESSURE2 (1030 hPa), the autopilot's depth sensor by BARO_PRIMARY");
+    mavlink_barometers_primary(&barometers, 2); /* it has started anew, and found another */
+    read_for(S, 1013, 1030, 1030);
+    CHECK_INT(mavlink_barometers_depth(&barometers), 3);
+    mavlink_barometers_unsay(&barometers);
+    read_for(S, 1013, 1030, 1030);
+    CHECK_INT(mavlink_barometers_depth(&barometers), MAVLINK_BAROMETER_ANY);
+    begin(MAVLINK_BAROMETER_ANY);
+    mavlink_barometers_primary(&barometers, 2);
+    read_for(12 * S, 1013, 1016, 0);
+    CHECK(mavlink_barometers_news(&barometers, now_ns, text, sizeof text));
+    CHECK_STR(text,
+              "no depth: the autopilot's depth sensor by BARO_PRIMARY sends nothing; received: SCALED_PRESSURE "
+              "(1013 hPa), SCALED_PRESSURE2 (1016 hPa)");
+    begin(1); /* the user knows better */
+    mavlink_barometers_primary(&barometers, 1);
+    read_for(S, 1013, 1030, 0);
+    CHECK_INT(mavlink_barometers_depth(&barometers), 1);
+}
+
+/* By both names until it answers, then now and then; not for what the user has named. */
+TEST(the_autopilot_is_asked_for_its_depth_sensor)
+{
+    int asked = 0;
+
+    begin(2);
+    CHECK(!mavlink_barometers_ask(&barometers));
+    begin(MAVLINK_BAROMETER_ANY);
+    CHECK_STR(mavlink_barometers_ask(&barometers), "BARO_PRIMARY");
+    CHECK_STR(mavlink_barometers_ask(&barometers), "GND_PRIMARY");
+    CHECK_STR(mavlink_barometers_ask(&barometers), "BARO_PRIMARY");
+    CHECK(mavlink_barometers_is_primary("GND_PRIMARY") && !mavlink_barometers_is_primary("BARO_PRIMAR"));
+    mavlink_barometers_primary(&barometers, 0);
+    for (int i = 0; i < 600; i++)
+        asked += mavlink_barometers_ask(&barometers) != NULL;
+    CHECK_INT(asked, 20);
+    mavlink_barometers_unsay(&barometers);
+    CHECK(mavlink_barometers_ask(&barometers));
+}
+
 int main(void)
 {
     RUN(depth_is_that_of_the_barometer_in_the_water);
@@ -437,5 +507,7 @@ int main(void)
     RUN(one_that_has_died_and_comes_back_is_used_again);
     RUN(one_that_is_named_and_has_died_is_waited_for);
     RUN(a_first_reading_that_is_no_air_is_no_surface);
+    RUN(the_autopilot_says_which_is_its_depth_sensor);
+    RUN(the_autopilot_is_asked_for_its_depth_sensor);
     return test_end();
 }

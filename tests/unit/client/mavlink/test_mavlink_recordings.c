@@ -195,17 +195,20 @@ TEST(at_the_logs_rate_thrusters_bound_nothing)
     const struct outcome a = fly(&floating, 2), b = fly(&diving, 2);
 
     CHECK(a.no_bound != MAVLINK_BOUND);
-    CHECK_INT(b.no_bound, MAVLINK_NO_MESSAGES);
+    CHECK_INT(b.no_bound, MAVLINK_NO_RATE);
     CHECK(b.wired);
 }
 
-/* Both stay at the surface, where nothing shows which barometer is outside: the hull's reads 996 hPa, 0.2 m up. */
-TEST(at_the_surface_no_barometer_is_believed)
+/* It stays at the surface, where no reading shows which barometer is outside: the hull's reads 996 hPa, 0.2 m up. The
+ * autopilot's answers to its ground station do. The floating one has positions, and needs no barometer. */
+TEST(the_autopilot_says_which_barometer_is_outside)
 {
-    const struct outcome a = fly(&floating, MAVLINK_BAROMETER_ANY), b = fly(&diving, MAVLINK_BAROMETER_ANY);
+    const struct outcome a = fly(&floating, MAVLINK_BAROMETER_ANY), b = fly(&diving, MAVLINK_BAROMETER_ANY),
+                         named = fly(&diving, 2);
 
-    CHECK(isinf(a.least_depth_m) && isinf(b.least_depth_m));
-    CHECK(a.poses > 5000 && b.poses > 2950);
+    CHECK(isinf(a.least_depth_m) && a.poses > 5000);
+    CHECK(b.poses > 2950 && isfinite(b.least_depth_m) && b.least_depth_m >= named.least_depth_m &&
+          b.most_depth_m <= named.most_depth_m);
 }
 
 int main(void)
@@ -220,7 +223,7 @@ int main(void)
     RUN(every_packet_of_the_vehicle_with_a_downward_sonar);
     RUN(poses_come_at_the_attitudes_rate);
     RUN(at_the_logs_rate_thrusters_bound_nothing);
-    RUN(at_the_surface_no_barometer_is_believed);
+    RUN(the_autopilot_says_which_barometer_is_outside);
     free(floating.bytes);
     free(diving.bytes);
     return test_end();

@@ -26,6 +26,7 @@ struct heard {
     struct mavlink_obstacle_distance_3d point[MAVLINK_SECTORS]; /* the first ones */
     bool asked_reports, asked_rates;                            /* for the estimator's messages; for any other */
     int asked_servos;                                           /* for what the thrusters do */
+    bool asked_barometers;                                      /* for which is in the water */
     char param[20];                                             /* that was asked for last */
     int64_t synced_ns;                                          /* what it wrote into a question about its clock */
 };
@@ -210,6 +211,7 @@ static bool hear(struct heard *h)
         struct mavlink_param_request_read m;
         mavlink_unpack(frame.message, frame.payload, &m);
         snprintf(h->param, sizeof h->param, "%.16s", m.param_id);
+        h->asked_barometers |= strcmp(h->param, "BARO_PRIMARY") == 0 || strcmp(h->param, "GND_PRIMARY") == 0;
         if (f.thrusters)
             say_param(h->param);
     } else if (frame.message->id == MAVLINK_TIMESYNC) {
@@ -372,7 +374,7 @@ TEST(what_the_thrusters_do_bounds_the_speed)
     begin_flight();
     seconds(2);
     const struct heard h = second();
-    CHECK(h.asked_servos >= 1 && h.param[0]);
+    CHECK(h.asked_servos >= 1 && h.param[0] && h.asked_barometers);
     CHECK_STR(f.daemon.no_bound, "parameters");
     f.thrusters = true;
     f.pulse_us = 1500;

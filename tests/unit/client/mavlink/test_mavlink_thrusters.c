@@ -105,8 +105,10 @@ TEST(without_parameters_there_is_none)
         ms += 500;
         pulses(still, ms * MS, ms * MS);
         CHECK(!mavlink_thrusters_take(&t, &t_ns, mps));
-        CHECK_INT(mavlink_thrusters_why(&t, ms * MS), MAVLINK_NO_MESSAGES);
+        CHECK_INT(mavlink_thrusters_why(&t, ms * MS), MAVLINK_NO_RATE);
     }
+    CHECK_INT(mavlink_thrusters_why(&t, (ms + 1900) * MS), MAVLINK_NO_RATE);
+    CHECK_INT(mavlink_thrusters_why(&t, (ms + 2100) * MS), MAVLINK_NO_MESSAGES);
     CHECK(mavlink_thrusters_slow(&t));
     CHECK(run(still, &ms, 1100) > 2); /* nothing is known of the time before */
     CHECK(!mavlink_thrusters_slow(&t));

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * test_speed_bound - a virtual BlueROV2 (rov.h) is steered through manoeuvres; the bound, which knows its pulses and
- * how it is tilted, is never less than it goes. With LONG=1 ten thousand dives.
+ * how it is tilted, is never less than it goes. With LONG=1 ten thousand dives. And why there is none by two samples a
+ * second: what half a second hides, and what the autopilot may do in it.
  */
 #include "client/mavlink/speed_bound.h"
 #include "tests/lib/rov.h"
@@ -215,9 +216,87 @@ TEST(no_vehicle_is_faster)
     }
 }
 
+/* ---- two samples a second ---- */
+
+#define HALF_MPS 0.75 /* half of a stock vehicle's max_speed: a bound above that is of no use */
+
+/* The bound of a level vehicle that does not climb, once the autopilot's loops alone have long held heading and depth with
+ * these shares of all thrust: as hard as that they may push at any time between two samples. */
+static double held_mps(bool heavy, double yaw, double up)
+{
+    static const int turn[4] = {1, -1, -1, 1};
+    struct speed_bound bound;
+    struct speed_bound_push push = {.frame = thrust_frame(heavy ? 2 : 1),
+                                    .tilt_known = true,
+                                    .down = {{0, 0, 1}, {0, 0, 1}},
+                                    .climb_known = true,
+                                    .climb_mps = 0.03};
+    double mps[2];
+    for (int k = 0; k < push.frame->n; k++) {
+        const double effort = k < 4 ? yaw * turn[k] : -up;
+        push.thrust[k] =
+            thrust_range(&push.frame->motor[k], THRUST_PULSE_MID + (int)lround(400 * effort), 1, VOLTS);
+    }
+    speed_bound_start(&bound, &(struct speed_bound_conf){0});
+    for (int n = 0; n < 1200; n++)
+        speed_bound_step(&bound, &push, SAMPLE_S);
+    speed_bound_mps(&bound, mps);
+    return mps[0];
+}
+
+TEST(what_the_autopilot_may_do_in_between_is_too_much)
+{
+    for (int heavy = 0; heavy < 2; heavy++) {
+        const double idle_mps = held_mps(heavy, 0, 0), third_mps = held_mps(heavy, 0.3, 0);
+        printf("frame %d: idle %.2f, heading held with 0.3 of all thrust %.2f, with all %.2f, depth with all %.2f "
+               "m/s\n",
+               heavy + 1, idle_mps, third_mps, held_mps(heavy, 1, 0), held_mps(heavy, 0, 1));
+        CHECK(idle_mps < 0.15);
+        CHECK(third_mps > HALF_MPS);
+    }
+}
+
+static void steer(struct rov *r, const struct rov_sticks *sticks, double for_s)
+{
+    for (int n = 0; n < (int)lround(for_s / STEP_S); n++) {
+        rov_steer(r, sticks);
+        rov_step(r, STEP_S);
+    }
+}
+
+/* Both samples, before and behind, find the thrusters idle. */
+TEST(two_samples_a_second_miss_what_matters)
+{
+    const int dives = getenv("LONG") ? 2000 : 20;
+    const double idle_mps = held_mps(false, 0, 0);
+    double least_mps = INFINITY, most_mps = 0;
+    int beyond = 0;
+    for (int i = 0; i < dives; i++) {
+        struct rov full, tap;
+        const struct rov_sticks rest = {.levels = true}, ahead = {.axis = {0, 0, 0, 0, 1, 0}, .levels = true},
+                                touch = {.axis = {0, 0, 0, 0, 0.3, 0}, .levels = true};
+        rov_start(&full, test_random(&seed), i % 2, 0);
+        tap = full;
+        steer(&full, &ahead, 0.5);
+        const double mps = full.momentum[0] / full.mass[0];
+        least_mps = fmin(least_mps, mps);
+        most_mps = fmax(most_mps, mps);
+        steer(&tap, &touch, 0.4);
+        const double from_m = tap.place_m[0];
+        steer(&tap, &rest, 1);
+        beyond += tap.place_m[0] - from_m > idle_mps;
+    }
+    printf("full ahead for 0.5 s: %.2f to %.2f m/s; a touch of the stick for 0.4 s: %d of %d dives beyond\n",
+           least_mps, most_mps, beyond, dives);
+    CHECK(most_mps > HALF_MPS);
+    CHECK(2 * beyond > dives);
+}
+
 int main(void)
 {
     seed = test_seed();
     RUN(no_vehicle_is_faster);
+    RUN(what_the_autopilot_may_do_in_between_is_too_much);
+    RUN(two_samples_a_second_miss_what_matters);
     return test_end();
 }

@@ -217,6 +217,7 @@ TEST(why_there_is_no_bound_is_said)
         const char *word, *what;
     } rows[] = {
         {"messages", "SERVO_OUTPUT_RAW): let sonard-mavlink send"},
+        {"rate", "come below 5 Hz: let sonard-mavlink ask for 20 Hz, or set SR0_RC_CHAN to 20"},
         {"parameters", "SERVOn_FUNCTION: let sonard-mavlink send"},
         {"frame", "does not know: frames 0 to 6"},
         {"motors", "(SERVOn_FUNCTION): each needs one"},

@@ -975,9 +975,9 @@ TEST(ready_ranges_pass_through)
     ping.kind = PING_RANGES;
     ping.n_beams = 4;
     axis[0] = (struct ping_beam){.range_m = 3.0f, .range_sd_m = 0.1f, .confidence = 0.8f};
-    axis[1] = (struct ping_beam){.range_m = 0.0f};
-    axis[2] = (struct ping_beam){.range_m = NAN};
-    axis[3] = (struct ping_beam){.range_m = 0.05f, .range_sd_m = NAN, .confidence = 7.0f};
+    axis[1] = (struct ping_beam){.az_rad = 0.1f, .range_m = 0.0f};
+    axis[2] = (struct ping_beam){.az_rad = 0.2f, .range_m = NAN};
+    axis[3] = (struct ping_beam){.az_rad = 0.3f, .range_m = 0.05f, .range_sd_m = NAN, .confidence = 7.0f};
     run();
     CHECK_INT(found[0].state, BEAM_ECHO);
     CHECK(found[0].echo[0].range_m == 3.0f && found[0].echo[0].sd_m == 0.1f &&
@@ -1060,32 +1060,32 @@ TEST(nothing_is_free_within_the_pulse_or_the_lock_out)
     CHECK(found[0].free_to_m <= found[0].blind_m);
 }
 
+/* Entries that are no range say nothing beside one. */
 TEST(ready_ranges_of_one_direction_are_one_beam)
 {
     begin();
     ping.kind = PING_RANGES;
     ping.n_beams = 8;
     const struct ping_beam many[] = {
-        {.az_rad = 1.0f, .range_m = 2.0f, .range_sd_m = 0.1f, .confidence = 0.5f},
+        {.az_rad = 2.0f, .range_m = 11.0f}, /* another azimuth */
         {.az_rad = 1.0f, .range_m = 3.0f, .confidence = 0.6f},
-        {.az_rad = 1.0f, .range_m = 9.0f, .confidence = 0.7f},
         {.az_rad = 1.0f, .el_rad = 0.1f, .range_m = 10.0f}, /* another elevation */
-        {.az_rad = 2.0f, .range_m = 11.0f},                 /* another azimuth */
-        {.az_rad = 2.0f, .range_m = 4.0f},                  /* nearer: not in order */
         {.az_rad = 2.0f, .range_m = 0.0f},                  /* nothing */
-        {.az_rad = 2.0f, .range_m = 5.0f},
+        {.az_rad = 1.0f, .range_m = 2.0f, .range_sd_m = 0.1f, .confidence = 0.5f},
+        {.az_rad = 2.0f, .range_m = 4.0f}, /* nearer: not in order */
+        {.az_rad = 3.0f, .range_m = 0.0f},
+        {.az_rad = 3.0f, .range_m = -1.0f},
     };
     memcpy(axis, many, sizeof many);
     run();
-    CHECK_INT(out.n_beams, 6);
-    CHECK_INT(found[0].n, 3);
-    CHECK(found[0].echo[0].range_m == 2.0f && found[0].echo[1].range_m == 3.0f &&
-          found[0].echo[2].range_m == 9.0f);
-    CHECK(found[0].echo[2].confidence == 0.7f);
+    CHECK_INT(out.n_beams, 4);
+    CHECK_INT(found[0].n, 2);
+    CHECK(found[0].echo[0].range_m == 2.0f && found[0].echo[1].range_m == 3.0f);
+    CHECK(found[0].echo[1].confidence == 0.6f);
     CHECK_NEAR(found[0].free_to_m, 2 - 0.1 * sqrt(3), 1e-6, 0);
-    CHECK(found[1].n == 1 && found[1].el_rad == 0.1f && found[2].n == 1 && found[3].n == 1);
-    CHECK(found[4].n == 0 && found[4].state == BEAM_SILENT);
-    CHECK(found[5].n == 1 && found[5].echo[0].range_m == 5.0f);
+    CHECK(found[1].n == 2 && found[1].echo[0].range_m == 4.0f && found[1].echo[1].range_m == 11.0f);
+    CHECK(found[2].n == 0 && found[2].state == BEAM_BLIND);
+    CHECK(found[3].n == 1 && found[3].el_rad == 0.1f);
 }
 
 TEST(more_ready_ranges_than_a_beam_holds)

@@ -348,22 +348,174 @@ TEST(a_fan_that_loses_all_at_once_is_doubted)
     CHECK(!lost.doubt);
 }
 
-/* Of 20 pings of a fan one hears. */
-TEST(a_fan_that_hears_now_and_then_is_doubted)
+/*
+ * A fan, of which every beam before a wall or only some see it; some pings hear, in the others all is silent but for a
+ * few false echoes of this level. Returns how many of those beams free water beyond the wall that should show it, and
+ * how many pings that hear are doubted.
+ */
+struct fans {
+    int false_free, doubted;
+};
+
+struct deaf_fan {
+    bool (*sees)(int i);
+    bool (*hears)(int n);
+    int false_echoes;
+    float level;
+};
+
+static struct fans fans(int pings, const struct deaf_fan *of, uint64_t *seed)
 {
-    begin();
-    for (int n = 0; n < 400; n++) {
-        const bool hears = n < 4 || n % 20 == 0;
+    struct fans got = {0};
+    for (int n = 0; n < pings; n++) {
+        const bool heard = of->hears(n);
         for (int i = 0; i < FAN; i++) {
-            look(&beam[i], 2 * i, hears && i / 8 != 1 ? 3 : 0); /* the second quarter is open water */
+            look(&beam[i], 2 * i, heard && of->sees(i) ? 3 : 0);
             beam[i].echo[0].level = 100;
         }
+        for (int k = 0; k < of->false_echoes && !heard; k++) {
+            const int i = (int)(FAN * test_uniform(seed));
+            look(&beam[i], 2 * i, 1 + 8 * test_uniform(seed));
+            beam[i].echo[0].level = of->level;
+        }
         const bool doubted = run(FAN);
-        if (hears)
-            CHECK(!doubted && beam[10].free_to_m > 9);
-        else if (n > 40)
-            CHECK(doubted);
+        got.doubted += heard && doubted;
+        for (int i = 0; i < FAN && !heard; i++)
+            got.false_free += of->sees(i) && beam[i].free_to_m > 3.5f;
     }
+    return got;
+}
+
+static bool all(int n)
+{
+    return n >= 0;
+}
+
+static bool one_of_20(int n)
+{
+    return n % 20 == 0;
+}
+
+static bool bursts_of_5(int n)
+{
+    return n % 40 < 5;
+}
+
+static bool bursts_of_30(int n)
+{
+    return n % 130 < 30;
+}
+
+static bool every_other(int n)
+{
+    return n % 2;
+}
+
+static bool most(int i)
+{
+    return i / 8 != 1;
+}
+
+static bool half(int i)
+{
+    return i < FAN / 2;
+}
+
+/* A receiver that is deaf is not silent: each of its false echoes says that it hears. */
+TEST(a_fan_that_hears_now_and_then_is_doubted)
+{
+    static bool (*const kinds[])(int) = {one_of_20, bursts_of_5, bursts_of_30, every_other};
+    static const struct {
+        int n;
+        float level;
+    } falses[] = {{0, 1}, {2, 1}, {4, 1}, {8, 1}, {1, 100}, {2, 100}};
+    const size_t n = sizeof falses / sizeof *falses;
+    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
+        for (size_t k = 0; k < 2 * n; k++) {
+            uint64_t seed = test_seed();
+            const struct deaf_fan deaf = {k < n ? most : half, kinds[i], falses[k % n].n, falses[k % n].level},
+                                  well = {deaf.sees, all, 0, 0};
+            begin();
+            fans(10, &well, &seed);
+            fans(400, &deaf, &seed);
+            const struct fans got = fans(400, &deaf, &seed);
+            if (got.false_free > 0)
+                printf("kind %zu, %s, %d false echoes of level %g: %d\n", i, k < n ? "most" : "half",
+                       deaf.false_echoes, (double)deaf.level, got.false_free);
+            CHECK_INT(got.false_free, 0);
+            fans(400, &well, &seed);
+            CHECK_INT(fans(20, &well, &seed).doubted, 0);
+        }
+}
+
+/* Pings of a fan with a strong echo at this range in all beams; 0: in none. */
+static void whole_fan(int pings, double range_m)
+{
+    for (int n = 0; n < pings; n++) {
+        for (int i = 0; i < FAN; i++) {
+            look(&beam[i], 2 * i, range_m);
+            beam[i].echo[0].level = 100;
+        }
+        run(FAN);
+    }
+}
+
+/* What one look shows elsewhere may be false; what two in a row show is there, and so is the first from a new place. */
+TEST(a_single_look_moves_no_wall)
+{
+    for (int row = 1; row <= 2; row++) {
+        begin();
+        whole_fan(3, 3);
+        whole_fan(row, 6);
+        whole_fan(4, 0);
+        whole_fan(row, 6);
+        whole_fan(4, 0);
+        whole_fan(1, 3);
+        CHECK((lost.came_back.bearing[0].range_m > 5) == (row == 2));
+    }
+    begin();
+    whole_fan(3, 3);
+    pose.position_m[0] = 1;
+    whole_fan(1, 4);
+    CHECK(lost.came_back.bearing[0].range_m > 3.9f);
+}
+
+/* A capture may begin at any time. */
+TEST(the_first_ping_may_be_of_time_0)
+{
+    begin();
+    ping.t_ns = (uint64_t)0 - 100000000;
+    whole_fan(1, 3);
+    CHECK(ping.t_ns == 0 && !lost.doubt);
+    begin();
+    ping.t_ns = (uint64_t)0 - 100000000;
+    ping.turns = true;
+    CHECK_INT(sweep(0, 3, 3), 1);
+    CHECK(!lost.doubt);
+    ping.turns = false;
+}
+
+/* A diver swims along the fan and back, in open water or before a wall on one side. */
+TEST(who_comes_back_part_by_part_is_no_doubt)
+{
+    for (int reach = 2; reach <= 24; reach += 2)
+        for (int wall = 0; wall <= 16; wall += 8) {
+            uint64_t seed = test_seed();
+            int doubted = 0;
+            begin();
+            for (int n = 0; n < 1000; n++) {
+                const double at = 16 + reach * sin(n / 60.0);
+                for (int i = 0; i < FAN; i++) {
+                    const bool diver = fabs(i - at) < 3;
+                    look(&beam[i], 2 * i, diver ? 3 + 0.1 * test_uniform(&seed) : i < wall ? 6 : 0);
+                    beam[i].echo[0].level = 100;
+                }
+                doubted += run(FAN);
+            }
+            if (doubted > 0)
+                printf("%d beams to either side, a wall in %d: %d\n", reach, wall, doubted);
+            CHECK_INT(doubted, 0);
+        }
 }
 
 TEST(a_head_is_in_air_where_depth_and_mount_say_so)
@@ -527,6 +679,9 @@ int main(void)
     RUN(after_an_outage_the_doubt_is_over_in_two_passes);
     RUN(edges_are_no_matter_where_the_vehicle_sways);
     RUN(a_fan_that_hears_now_and_then_is_doubted);
+    RUN(a_single_look_moves_no_wall);
+    RUN(the_first_ping_may_be_of_time_0);
+    RUN(who_comes_back_part_by_part_is_no_doubt);
     RUN(who_has_moved_expects_nothing);
     RUN(only_what_was_shown_is_missed);
     RUN(a_fan_that_loses_all_at_once_is_doubted);

@@ -7,16 +7,28 @@
 #define SECOND   1000000000ull
 #define WIDE_DEG 10.0
 
-static struct beam_echoes echoes[3];
+#define BEAMS 24
+
+static struct beam_echoes echoes[BEAMS];
 static struct echoes ping;
 static struct beside_last last;
 
-/* The row of a beam of a ping whose beams are at these azimuths, all of them with free water. */
-static struct beam_row row_at(const double az_deg[], uint16_t n, uint16_t index, bool keep)
+/* The row of a beam of the ping. */
+static struct beam_row row_of(uint16_t index, bool keep)
 {
     static const double turn[4] = {1, 0, 0, 0}, origin_m[3] = {0, 0, 0};
     const struct beam_opening opening = beam_opening(geo_rad(WIDE_DEG), geo_rad(20), geo_rad(2), false);
     struct beam b;
+    beam_of(&b, &ping, index, &opening, turn, origin_m);
+    const struct beam_row row = beside_row(&b, index, &last);
+    if (keep)
+        beside_keep(&last, &b);
+    return row;
+}
+
+/* Of one whose beams are at these azimuths, all of them with free water. */
+static struct beam_row row_at(const double az_deg[], uint16_t n, uint16_t index, bool keep)
+{
     ping.n_beams = n;
     ping.beam = echoes;
     ping.az_aperture_rad = (float)geo_rad(WIDE_DEG);
@@ -24,11 +36,7 @@ static struct beam_row row_at(const double az_deg[], uint16_t n, uint16_t index,
     for (uint16_t i = 0; i < n; i++)
         echoes[i] = (struct beam_echoes){
             .az_rad = (float)geo_wrap(geo_rad(az_deg[i])), .blind_m = 0.3f, .free_to_m = 10, .state = BEAM_SILENT};
-    beam_of(&b, &ping, index, &opening, turn, origin_m);
-    const struct beam_row row = beside_row(&b, index, &last);
-    if (keep)
-        beside_keep(&last, &b);
-    return row;
+    return row_of(index, keep);
 }
 
 static double seam_deg(const struct beam_row *row)
@@ -50,6 +58,50 @@ TEST(a_fans_seam_is_halfway_to_the_farther_of_the_beams_beside)
     }
     const struct beam_row row = row_at(north_deg, 3, 1, false);
     CHECK_NEAR(seam_deg(&row), 2.5, 0, 1e-4);
+}
+
+/* In which order the list has its beams: the nearer of two on one side counts, heard or not. */
+TEST(the_nearest_beam_on_a_side_is_the_one_beside)
+{
+    static const double az_deg[] = {0, 8, 3, -4, -1};
+    static const uint16_t order[][3] = {{0, 1, 2}, {1, 0, 2}, {2, 0, 1}, {0, 3, 4}, {4, 0, 3}};
+    for (size_t k = 0; k < sizeof order / sizeof *order; k++) {
+        double listed_deg[3];
+        for (int i = 0; i < 3; i++)
+            listed_deg[i] = az_deg[order[k][i]];
+        const uint16_t middle = listed_deg[0] == 0 ? 0 : 1;
+        const bool left = k > 2;
+        struct beam_row row = row_at(listed_deg, 3, middle, false);
+        CHECK_NEAR(geo_deg((double)(left ? row.left_rad : row.right_rad)), left ? 0.5 : 1.5, 0, 1e-4);
+        CHECK((left ? row.right_rad : row.left_rad) == 0);
+        for (int i = 0; i < 3; i++)
+            if (listed_deg[i] == 3 || listed_deg[i] == -1)
+                beam_frees_nothing(&echoes[i]);
+        row = row_of(middle, false);
+        CHECK(row.left_rad == 0 && row.right_rad == 0);
+    }
+}
+
+/* A ring of beams has no ends, and no row reaches into another one. */
+TEST(rows_go_round_and_keep_their_height)
+{
+    double az_deg[BEAMS];
+    for (int i = 0; i < BEAMS; i++)
+        az_deg[i] = i % 12 * 30 - 180;
+    row_at(az_deg, BEAMS, 0, false);
+    for (int i = 0; i < BEAMS; i++)
+        echoes[i].el_rad = i < 12 ? 0 : 0.2f;
+    beam_frees_nothing(&echoes[14]);
+    for (uint16_t i = 0; i < BEAMS; i++) {
+        const struct beam_row row = row_of(i, false);
+        CHECK_NEAR(geo_deg((double)row.left_rad), i == 15 ? 0 : 15, 0, 1e-4);
+        CHECK_NEAR(geo_deg((double)row.right_rad), i == 13 ? 0 : 15, 0, 1e-4);
+    }
+    for (int i = 0; i < 12; i++) /* one beam above the other, turned by 1 degree */
+        echoes[i] = (struct beam_echoes){.az_rad = (float)geo_rad(i), .el_rad = 0.1f * (float)i, .free_to_m = 10};
+    ping.n_beams = 12;
+    for (uint16_t i = 0; i < 12; i++)
+        CHECK(row_of(i, false).seam_rad == 0);
 }
 
 /* One step after the other; the first one, and one that comes late or from before, has nobody beside it. */
@@ -77,6 +129,8 @@ TEST(a_heads_seam_is_halfway_to_its_last_beam)
 int main(void)
 {
     RUN(a_fans_seam_is_halfway_to_the_farther_of_the_beams_beside);
+    RUN(the_nearest_beam_on_a_side_is_the_one_beside);
+    RUN(rows_go_round_and_keep_their_height);
     RUN(a_heads_seam_is_halfway_to_its_last_beam);
     return test_end();
 }
