@@ -760,6 +760,16 @@ static void begin_asking(struct verdict *v)
     heed_bottom(v);
 }
 
+#define STEP_SETTLED 16   /* in one step, each with a look or two along a line or a tile, ... */
+#define STEP_JUDGED  2048 /* ... or so many stretches of these */
+
+static void settle_some(struct verdict *v)
+{
+    v->ask.judged = 0;
+    for (int i = 0; i < STEP_SETTLED && v->next < v->parts && !v->asking && v->ask.judged < STEP_JUDGED; i++)
+        settle(v);
+}
+
 bool verdict_step(struct verdict *v)
 {
     if (!v->beyond) {
@@ -774,7 +784,6 @@ bool verdict_step(struct verdict *v)
         return true;
     if (v->asking)
         end_ask(v);
-    if (v->next < v->parts)
-        settle(v);
+    settle_some(v);
     return v->next < v->parts;
 }

@@ -7,6 +7,7 @@
 #include "grid/geometry.h"
 
 #define STEP_JUDGED 4096 /* stretches in one step, but for those of its last record */
+#define PARTS_LIKE  16   /* to look at so many parts of the question costs as much as one */
 
 /* ---- one tile ---- */
 
@@ -238,10 +239,11 @@ static void open_tile(struct ask *a, const struct ask_tile *w)
 }
 
 /* What of the tile is asked, for the question up to goal_m; false: nothing. */
-static bool aim(const struct ask *a, struct ask_tile *w, double goal_m)
+static bool aim(struct ask *a, struct ask_tile *w, double goal_m)
 {
     const struct water_tile cone = tiles_cone(&w->tile);
     w->run = question_run(&a->question, &cone);
+    a->judged += 1 + (int)w->run.n / PARTS_LIKE;
     w->goal_m = fmin(goal_m, best_in(a, &w->run));
     return w->run.n > 0 && question_stretch(&a->question, &cone, w->goal_m, &w->asked);
 }
