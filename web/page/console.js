@@ -20,7 +20,7 @@ export async function applySetting(text, said) {
   clearTimeout(late);
   said.textContent = answer.lost ? "The connection to sonard-web was lost: it is not known whether this was taken. Apply it again."
     : answer.error ? answer.error.message
-    : answer.result.applied.length ? `Applied: ${answer.result.applied.join("; ")}` : "Nothing changed: it was so already, or the daemon does not read this file.";
+    : answer.result.applied.length ? `Applied: ${answer.result.applied.join("; ")}` : "Nothing changed: it was so already, or a file with a later name or the command line says otherwise.";
 }
 
 // ---- the head ----
