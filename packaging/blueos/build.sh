@@ -139,7 +139,7 @@ make_image() { # ARCH
 
 [ $# -gt 0 ] || set -- amd64 arm64
 for arch; do
-    [ -n "$(triplet "$arch")" ] || { echo "build.sh: $arch: expected amd64 or arm64: sonard needs 64 bits" >&2; exit 2; }
+    [ -n "$(triplet "$arch")" ] || { echo "build.sh: $arch: expected amd64 or arm64: there is no image for 32 bits" >&2; exit 2; }
 done
 for arch; do
     make_image "$arch"
