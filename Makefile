@@ -220,7 +220,7 @@ help:
 	@echo 'make check-arm64 the unit tests and a replay for arm64, under qemu-user; check-armhf: for ARM of 32 bits'
 	@echo 'make deb        the Debian packages of this machine into $(BUILD)/deb; then: apt install ./$(BUILD)/deb/sonard_*.deb'
 	@echo 'make check-deb  the packages for amd64 and arm64 in a clean Debian into $(BUILD)/deb, twice the same, clean for lintian'
-	@echo 'make blueos     the BlueOS extension as an OCI image into $(BUILD)/blueos (ARCHS="amd64 arm64"); make check-blueos runs it'
+	@echo 'make blueos     the BlueOS extension as an OCI image into $(BUILD)/blueos (ARCHS="amd64 arm64 armhf"); make check-blueos runs it'
 	@echo 'make coverage   which lines the unit tests, the gate and the live suites reach'
 	@echo 'make mutants    change grid/, drivers/ and daemon/ in many places, one at a time: does a test notice? (MUTANTS="--sample 200 --seed 7")'
 	@echo 'make fuzz       run every fuzz target for SECONDS (20) each'
@@ -360,7 +360,7 @@ deb:
 	@ls $(BUILD)/deb/*.deb
 
 # The extension's images, and this machine's run in a container.
-ARCHS ?= amd64 arm64
+ARCHS ?= amd64 arm64 armhf
 blueos:
 	@tests/deps.sh blueos
 	@BUILD=$(BUILD) packaging/blueos/build.sh $(ARCHS)

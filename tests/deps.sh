@@ -15,7 +15,7 @@ vm="$build e2fsprogs qemu-system-x86 busybox-static cpio kmod xz-utils iproute2 
 arm64="$build gcc-aarch64-linux-gnu qemu-user-static mmdebstrap"
 armhf="$build gcc-arm-linux-gnueabihf qemu-user-static mmdebstrap"
 deb="$build git dpkg-dev debhelper dh-python python3 mmdebstrap"
-blueos="$build git python3 mmdebstrap umoci bubblewrap qemu-user-static gcc-aarch64-linux-gnu"
+blueos="$build git python3 mmdebstrap umoci bubblewrap qemu-user-static gcc-aarch64-linux-gnu gcc-arm-linux-gnueabihf"
 
 case "${1:-build}" in
 build) want=$build ;;
