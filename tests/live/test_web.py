@@ -308,8 +308,9 @@ def replays(bench):
     client = bench.sonard("--replay", "tests/replay/box.mcap", "--speed", "0.001", "--stay", "--socket", bench.socket_path, conf=False).client()
     plain, web = Web(bench), Web(bench, "--replay")
     page = Page(plain)
-    check(page.of("link")["result"]["replay"] is False, "it says that it may")
-    check(page.of("link")["result"]["settings"] is False, "it says that settings may be changed")
+    link = page.of("link")["result"]
+    check(link["replay"] is False, "it says that it may")
+    check(link["settings"] is False, "it says that settings may be changed")
     check(page.ask("replay", pause="yes")["error"]["code"] == -32601, "without --replay")
     check(not client.call("status")["replay"]["paused"], "paused all the same")
     page = Page(web)
