@@ -30,7 +30,7 @@ GPIOD    := $(or $(firstword $(subst ., ,$(shell $(PKG_CONFIG) --modversion libg
 WEB      := $(if $(shell $(PKG_CONFIG) --modversion libwebsockets 2>/dev/null),web)
 PACKAGES := libmodbus inih jansson liblz4 libzstd zlib $(if $(filter-out 0,$(GPIOD)),libgpiod)
 ALLCFLAGS = -std=c17 -iquote . $(WARN) $(HARDEN) $(CPPFLAGS) $(CFLAGS) -ffp-contract=off -fno-math-errno -fno-trapping-math -fPIE \
-            -ffile-prefix-map=$(CURDIR)=. -D_GNU_SOURCE -DSONARD_VERSION='"$(VERSION)"' -DSONARD_GPIOD=$(GPIOD) \
+            -ffile-prefix-map=$(CURDIR)=. -D_GNU_SOURCE -D_FILE_OFFSET_BITS=64 -DSONARD_VERSION='"$(VERSION)"' -DSONARD_GPIOD=$(GPIOD) \
             $(shell $(PKG_CONFIG) --cflags $(PACKAGES) 2>/dev/null) -MMD -MP \
             $(if $(SAN),-fsanitize=$(SAN) -fno-omit-frame-pointer -fno-sanitize-recover=all)
 LDFLAGS  += -pie -Wl,-z,relro,-z,now $(if $(SAN),-fsanitize=$(SAN))
@@ -77,7 +77,7 @@ HELPERS  := $(patsubst tests/tools/%.c,$(BUILD)/tests/%,$(wildcard tests/tools/*
 TOOLS    := $(patsubst tests/lib/%.c,$(BUILD)/tests/%.so,$(wildcard tests/lib/*.c))
 
 .PHONY: all help deps deps-check deps-long clean programs unit tests measures corpus demo check check-long check-clang check-san check-live check-code \
-        check-honest check-peers check-vm check-arm64 check-deb check-blueos check-web deb blueos layers format lint coverage mutants \
+        check-honest check-peers check-vm check-arm64 check-armhf check-deb check-blueos check-web deb blueos layers format lint coverage mutants \
         fuzz model valgrind bench pilot report prose man install install-built uninstall soak
 all: programs
 
@@ -217,10 +217,10 @@ help:
 	@echo 'make check-code layout, clang-tidy, prose, what may go; check-peers the formats against peers from npm'
 	@echo 'make model      the lock-free parts as Spin models; make valgrind: memcheck'
 	@echo 'make check-vm   what needs a kernel with CAN and GPIO, and the service under systemd, in virtual machines'
-	@echo 'make check-arm64 the unit tests and a replay for arm64, under qemu-user'
+	@echo 'make check-arm64 the unit tests and a replay for arm64, under qemu-user; check-armhf: for ARM of 32 bits'
 	@echo 'make deb        the Debian packages of this machine into $(BUILD)/deb; then: apt install ./$(BUILD)/deb/sonard_*.deb'
 	@echo 'make check-deb  the packages for amd64 and arm64 in a clean Debian into $(BUILD)/deb, twice the same, clean for lintian'
-	@echo 'make blueos     the BlueOS extension as an OCI image into $(BUILD)/blueos (ARCHS="amd64 arm64"); make check-blueos runs it'
+	@echo 'make blueos     the BlueOS extension as an OCI image into $(BUILD)/blueos (ARCHS="amd64 arm64 armhf"); make check-blueos runs it'
 	@echo 'make coverage   which lines the unit tests, the gate and the live suites reach'
 	@echo 'make mutants    change grid/, drivers/ and daemon/ in many places, one at a time: does a test notice? (MUTANTS="--sample 200 --seed 7")'
 	@echo 'make fuzz       run every fuzz target for SECONDS (20) each'
@@ -277,7 +277,7 @@ guarded: $(GUARDED:%=$(BUILD)/tests/%) $(CORPUS)
 
 # ---- everything else ----
 
-PARTS    := check-code check-clang check-honest check-live check-web check-san fuzz check-peers model valgrind check-report check-vm check-deb check-arm64 check-blueos soak
+PARTS    := check-code check-clang check-honest check-live check-web check-san fuzz check-peers model valgrind check-report check-vm check-deb check-arm64 check-armhf check-blueos soak
 # Each part to its end, whatever becomes of the others.
 check-long:
 	@BUILD=$(BUILD) MAKE='$(MAKE)' tests/long.sh $(or $(ONLY),$(PARTS))
@@ -342,10 +342,10 @@ check-vm:
 	@$(MAKE) --no-print-directory programs tests
 	@BUILD=$(BUILD) LIMIT=1800 JOBS=1 $(RUN_TESTS) tests/vm/run.sh tests/vm/run.sh\ --systemd
 
-check-arm64:
-	@tests/deps.sh arm64
+check-arm64 check-armhf: check-%:
+	@tests/deps.sh $*
 	@$(MAKE) --no-print-directory programs
-	@BUILD=$(BUILD) LIMIT=3600 $(RUN_TESTS) tests/arm64.sh
+	@BUILD=$(BUILD) LIMIT=7200 $(RUN_TESTS) "tests/cross.sh $*"
 
 check-deb:
 	@tests/deps.sh deb
@@ -360,7 +360,7 @@ deb:
 	@ls $(BUILD)/deb/*.deb
 
 # The extension's images, and this machine's run in a container.
-ARCHS ?= amd64 arm64
+ARCHS ?= amd64 arm64 armhf
 blueos:
 	@tests/deps.sh blueos
 	@BUILD=$(BUILD) packaging/blueos/build.sh $(ARCHS)

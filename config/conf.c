@@ -179,10 +179,15 @@ static bool take_file(struct load *l, const char *path, bool is_drop_in_file)
     return true;
 }
 
+static bool is_drop_in_name(const char *name)
+{
+    const char *ending = strrchr(name, '.');
+    return ending && ending != name && name[0] != '.' && strcmp(ending, ".conf") == 0;
+}
+
 static int is_drop_in(const struct dirent *entry)
 {
-    const char *ending = strrchr(entry->d_name, '.');
-    return ending && ending != entry->d_name && entry->d_name[0] != '.' && strcmp(ending, ".conf") == 0;
+    return is_drop_in_name(entry->d_name);
 }
 
 /* By bytes, whatever the language of the system. */
@@ -191,40 +196,80 @@ static int by_name(const struct dirent **a, const struct dirent **b)
     return strcmp((*a)->d_name, (*b)->d_name);
 }
 
-/* The files of the folder that has the file's name with .d behind it. */
-static bool take_drop_ins(struct load *l, const char *path)
+static bool take_drop_in(struct load *l, const char *folder, const char *name)
 {
-    char folder[PATH_MAX], name[2 * PATH_MAX];
+    char path[2 * PATH_MAX];
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    return take_file(l, path, true);
+}
+
+/* The text, where it stands before that name; otherwise it waits for a later one. NULL: for the last. False without
+ * memory. */
+static bool take_instead(struct load *l, const char *folder, const struct conf_text **instead, const char *before)
+{
+    char path[2 * PATH_MAX];
+    const struct conf_text *text = *instead;
+    if (!text || (before && strcmp(text->name, before) > 0))
+        return true;
+    *instead = NULL;
+    snprintf(path, sizeof path, "%s/%s", folder, text->name);
+    return add_file(l->source, path, text->bytes, text->size);
+}
+
+/* The files of the folder that has the file's name with .d behind it. */
+static bool take_drop_ins(struct load *l, const struct conf_where *where)
+{
+    char folder[PATH_MAX];
     struct dirent **entry = NULL;
+    const struct conf_text *instead = where->instead;
     bool enough_memory = true;
-    if (snprintf(folder, sizeof folder, "%s.d", path) >= (int)sizeof folder)
+    if (snprintf(folder, sizeof folder, "%s.d", where->path) >= (int)sizeof folder)
         return true;
     const int n = scandir(folder, &entry, is_drop_in, by_name);
     if (n < 0 && errno != ENOENT && errno != ENOTDIR) {
         conf_fault_in(l->faults, 0, l->source->file[0].name);
         conf_fault_add(l->faults, 0, "the folder %s cannot be read: %s", folder, strerror(errno));
     }
-    if (n >= CONF_FILES_MAX) {
+    const bool too_many = n + (instead != NULL) >= CONF_FILES_MAX;
+    if (too_many) {
         conf_fault_in(l->faults, 0, l->source->file[0].name);
         conf_fault_add(l->faults, 0, "%d files in the folder %s; expected at most %d", n, folder,
                        CONF_FILES_MAX - 1);
     }
     for (int i = 0; i < n; i++) {
-        snprintf(name, sizeof name, "%s/%s", folder, entry[i]->d_name);
-        if (n < CONF_FILES_MAX)
-            enough_memory = enough_memory && take_file(l, name, true);
+        const char *name = entry[i]->d_name;
+        const bool replaced = where->instead && strcmp(where->instead->name, name) == 0;
+        if (!too_many)
+            enough_memory = enough_memory && take_instead(l, folder, &instead, name) &&
+                            (replaced || take_drop_in(l, folder, name));
         free(entry[i]);
     }
     free(entry);
-    return enough_memory;
+    return enough_memory && (too_many || take_instead(l, folder, &instead, NULL));
+}
+
+const char *conf_drop_in(const char *path, const char *file)
+{
+    char folder[PATH_MAX], real[PATH_MAX];
+    const char *name = strrchr(file, '/');
+    if (!name || snprintf(folder, sizeof folder, "%s.d", path) >= (int)sizeof folder || !realpath(folder, real))
+        return NULL;
+    const size_t n = strlen(real);
+    return (size_t)(name - file) == n && memcmp(real, file, n) == 0 && is_drop_in_name(name + 1) ? name + 1 : NULL;
 }
 
 int conf_load(struct conf *conf, struct conf_source **source, const char *path, const struct conf_checks *checks,
               conf_fault_fn fault, void *fault_ctx)
 {
+    return conf_load_with(conf, source, &(struct conf_where){.path = path}, checks, fault, fault_ctx);
+}
+
+int conf_load_with(struct conf *conf, struct conf_source **source, const struct conf_where *where,
+                   const struct conf_checks *checks, conf_fault_fn fault, void *fault_ctx)
+{
     locale_t outside = conf_locale_enter();
     struct load l = load_begin(conf);
-    bool enough_memory = l.source && take_file(&l, path, false) && take_drop_ins(&l, path);
+    bool enough_memory = l.source && take_file(&l, where->path, false) && take_drop_ins(&l, where);
     const bool unread = enough_memory && l.faults->n > 0;
     int n = load_end(&l, enough_memory, checks, fault, fault_ctx);
     *source = l.source;

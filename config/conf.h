@@ -326,6 +326,11 @@ struct conf_checks {
     /* The devices that can, as "a, b". */
     void (*retuners)(const char *key, char *text, size_t size);
     bool recorded; /* what a recording was made with: a key that its device has no use for is no fault */
+    /* A file of the folder that begins with this line is written by a page; NULL: none is. Where left_out is set, a
+     * line of it that is wrong by itself is no fault: it has no effect, and left_out is told why. */
+    const char *page_file;
+    conf_fault_fn left_out;
+    void *left_out_ctx;
 };
 
 struct conf_source; /* where every value came from, and the text as read (for captures) */
@@ -347,6 +352,19 @@ struct conf_text {
     const char *bytes;
     size_t size;
 };
+
+struct conf_where {
+    const char *path;
+    const struct conf_text *instead; /* of the file of that name in the folder, there or not; NULL: of none */
+};
+
+/** conf_load_with - conf_load with another text for one of the folder's files. */
+int conf_load_with(struct conf *conf, struct conf_source **source, const struct conf_where *where,
+                   const struct conf_checks *checks, conf_fault_fn fault, void *fault_ctx);
+
+/** conf_drop_in - the name of a file within the folder of `path`, if it is read with it; file is absolute and without
+ * links. NULL: conf_load does not read it. */
+const char *conf_drop_in(const char *path, const char *file);
 
 /** conf_load_text - the same from memory. */
 int conf_load_text(struct conf *conf, struct conf_source **source, const struct conf_text *text,

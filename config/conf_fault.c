@@ -17,7 +17,8 @@ void conf_fault_in(struct conf_faults *faults, unsigned file, const char *name)
 
 void conf_fault_add(struct conf_faults *faults, unsigned line, const char *fmt, ...)
 {
-    int index = faults->n++;
+    const bool left_out = faults->left_out && line > 0;
+    const int index = left_out ? 0 : faults->n++;
     if (index >= CONF_FAULTS_MAX)
         return;
 
@@ -30,6 +31,11 @@ void conf_fault_add(struct conf_faults *faults, unsigned line, const char *fmt, 
     int length = line > 0 ? asprintf(&message, "%s:%u: %s", faults->name, line, what ? what : "out of memory")
                           : asprintf(&message, "%s: %s", faults->name, what ? what : "out of memory");
     free(what);
+    if (left_out) {
+        faults->left_out(faults->left_out_ctx, length < 0 ? "out of memory" : message);
+        free(length < 0 ? NULL : message);
+        return;
+    }
     faults->fault[index].file = faults->file;
     faults->fault[index].line = line;
     faults->fault[index].message = length < 0 ? NULL : message;

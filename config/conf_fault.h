@@ -12,9 +12,11 @@
     500 /* reported one by one; a text file taken for a configuration has more, which are counted */
 
 struct conf_faults {
-    unsigned file;    /* where the next ones are: number ... */
-    const char *name; /* ... and name of the file */
-    int n;            /* faults seen */
+    unsigned file;          /* where the next ones are: number ... */
+    const char *name;       /* ... and name of the file */
+    conf_fault_fn left_out; /* told of what is wrong in a line, which is then no fault; NULL: it is one */
+    void *left_out_ctx;
+    int n; /* faults seen */
     struct {
         unsigned file, line;
         char *message;

@@ -29,6 +29,7 @@ struct parse {
 
     const char *rest, *end; /* of the text */
     unsigned file, line;    /* being read; lines from 1 */
+    bool lenient;           /* lines of this file that are wrong have no effect, and are no fault */
     const char *waiting;    /* the line when it is neither head nor comment and no key was found in it yet */
     size_t waiting_n;
     bool not_text; /* a line of some file; what follows there was not read */
@@ -73,17 +74,20 @@ static void take_value(struct parse *p, const struct conf_key *key, const char *
     struct fault fault;
     char allowed[CONF_VALUE_MAX];
     struct conf_origin *origin = &p->origin[key - conf_keys];
+    void *aside = conf_key_is_sonar(key) ? (void *)&p->scratch.sonar[0] : (void *)&p->scratch;
     origin->bad = true;
+    memmove((char *)aside + key->offset, (char *)p->base + key->offset, key->size);
     if (strstr(value, " #") || strstr(value, "\t#")) {
         conf_fault_add(p->faults, p->line, "[%s] %s = %s: a # after a value; start a comment with ;", p->title,
                        key->name, value);
-    } else if (!conf_value_read(key, value, p->base, &fault)) {
+    } else if (!conf_value_read(key, value, aside, &fault)) {
         conf_value_allowed(key, allowed, sizeof allowed);
         conf_fault_add(p->faults, p->line, "[%s] %s = %s: %s; expected %s", p->title, key->name, value, fault.text,
                        allowed);
     } else if (!check_outside(p, key, value, &fault)) {
         conf_fault_add(p->faults, p->line, "[%s] %s = %s: %s", p->title, key->name, value, fault.text);
     } else {
+        memmove((char *)p->base + key->offset, (char *)aside + key->offset, key->size);
         origin->bad = false;
     }
 }
@@ -116,9 +120,12 @@ static int take_key(void *user, const char *inih_section, const char *name, cons
                        value, origin->line);
         return 1;
     }
+    const struct conf_origin before = *origin;
     origin->file = p->file;
     origin->line = p->line;
     take_value(p, key, value);
+    if (origin->bad && p->lenient)
+        *origin = before; /* and the value is that of before, too */
     return 1;
 }
 
@@ -148,6 +155,10 @@ static int sonar_find(const struct parse *p, const char *name)
 static void begin_sonar(struct parse *p, const char *name)
 {
     int i = sonar_find(p, name); /* in an earlier file */
+    if (i < 0 && p->lenient) {
+        conf_fault_add(p->faults, p->line, "[%s]: no file before has this section", p->title);
+        return;
+    }
     p->sonar_heads++;
     if (!is_name(name)) {
         conf_fault_add(p->faults, p->line,
@@ -180,7 +191,9 @@ static int grid_find(const struct parse *p, const char *name)
 static void begin_grid(struct parse *p, const char *name)
 {
     int i = grid_find(p, name); /* in an earlier file */
-    if (!is_name(name) || strcmp(name, CONF_MAIN_GRID) == 0) {
+    if (!i && p->lenient) {
+        conf_fault_add(p->faults, p->line, "[%s]: no file before has this section", p->title);
+    } else if (!is_name(name) || strcmp(name, CONF_MAIN_GRID) == 0) {
         conf_fault_add(
             p->faults, p->line,
             "[%s]: bad name of a grid; expected 1 to %d letters, digits, - and _, other than " CONF_MAIN_GRID
@@ -334,7 +347,7 @@ static char *next_line(char *str, int num, void *stream)
     size_t room = (size_t)num - 3; /* inih: the longest line is three less than its buffer */
     snprintf(str, (size_t)num, "\n");
     if (!is_text(p, s, (size_t)(end - s))) {
-        p->not_text = true; /* of a picture or a program every line is wrong: one fault says it */
+        p->not_text |= !p->lenient; /* of a picture or a program every line is wrong: one fault says it */
         return NULL;
     }
     while (s < end && (*s == ' ' || *s == '\t'))
@@ -420,9 +433,20 @@ static void check_uses(struct parse *p)
     }
 }
 
+static bool is_page_file(const struct parse *p, unsigned i)
+{
+    const struct conf_file *file = &p->source->file[i];
+    const char *line = p->checks ? p->checks->page_file : NULL;
+    const size_t n = line ? strlen(line) : 0;
+    return i > 0 && n > 0 && file->size > n && memcmp(file->text, line, n) == 0 && file->text[n] == '\n';
+}
+
 static void parse_file(struct parse *p, unsigned i)
 {
     const struct conf_file *file = &p->source->file[i];
+    p->lenient = is_page_file(p, i) && p->checks->left_out;
+    p->faults->left_out = p->lenient ? p->checks->left_out : NULL;
+    p->faults->left_out_ctx = p->lenient ? p->checks->left_out_ctx : NULL;
     conf_fault_in(p->faults, i, file->name);
     p->file = i;
     p->line = 0;
@@ -434,7 +458,8 @@ static void parse_file(struct parse *p, unsigned i)
     if (file->size >= 3 && memcmp(p->rest, "\xef\xbb\xbf", 3) == 0)
         p->rest += 3;
     if (ini_parse_stream(next_line, p, take_key, p) == -2)
-        conf_fault_add(p->faults, p->line, "out of memory");
+        conf_fault_add(p->faults, 0, "out of memory");
+    p->faults->left_out = NULL;
 }
 
 void conf_parse(struct conf *conf, struct conf_source *source, const struct conf_checks *checks,

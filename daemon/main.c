@@ -114,7 +114,7 @@ static bool load_conf(const struct options *o, struct replay *replay, struct con
     struct fault fault;
     *name = settings_path(o);
     if (*name)
-        return settings_load(o, conf, source, print_fault, NULL);
+        return settings_load(o, &(struct settings_how){.starts = true}, conf, source, print_fault, NULL);
     struct conf_checks checks = settings_checks;
     size_t size;
     const char *text = replay_conf(replay, &size, &fault);

@@ -13,9 +13,11 @@
 #include "settings.h"
 #include "wiring.h"
 
-/* What came of one reload. */
+/* One reload, and what came of it. */
 struct outcome {
     const struct conf *conf;          /* in force before */
+    bool checks;                      /* nothing changes, and nothing is logged */
+    const struct conf_text *instead;  /* of a file; NULL: of none */
     struct json_out applied, restart; /* lines of changed keys, */
     unsigned n_applied, n_restart;    /* so many */
     bool extract[CONF_MAX_SONARS];    /* this sonar's extraction begins anew for one of them */
@@ -26,7 +28,8 @@ struct outcome {
 static void on_fault(void *ctx, const char *message)
 {
     struct outcome *o = ctx;
-    log_line(LOG_ERR, "reload_fault", "reload: %s", message);
+    if (!o->checks)
+        log_line(LOG_ERR, "reload_fault", "reload: %s", message);
     if (o->faults++ == 0)
         snprintf(o->fault, sizeof o->fault, "%s", message);
 }
@@ -50,11 +53,13 @@ static void on_change(void *ctx, const char *section, const char *text, bool liv
         json_out_text(&o->applied, text);
         o->n_applied++;
         mark_extracts(o, section, text);
-        log_line(LOG_NOTICE, "reload_key", "reload: %s", text);
+        if (!o->checks)
+            log_line(LOG_NOTICE, "reload_key", "reload: %s", text);
     } else {
         json_out_text(&o->restart, text);
         o->n_restart++;
-        log_line(LOG_WARNING, "reload_restart", "reload: %s: needs a restart", text);
+        if (!o->checks)
+            log_line(LOG_WARNING, "reload_restart", "reload: %s: needs a restart", text);
     }
 }
 
@@ -155,8 +160,9 @@ static bool reload(const struct reload_env *env, struct outcome *o)
 {
     struct conf wanted, merged = *env->conf;
     struct conf_source *source = NULL;
-    bool good = is_readable_again(settings_path(env->options), o) &&
-                settings_load(env->options, &wanted, &source, on_fault, o);
+    bool good =
+        is_readable_again(settings_path(env->options), o) &&
+        settings_load(env->options, &(struct settings_how){.instead = o->instead}, &wanted, &source, on_fault, o);
     if (good) {
         conf_take_live(&merged, &wanted, &settings_checks, ignore_change, NULL);
         good = conf_check_together(&merged, source, &settings_checks, on_fault, o) == 0;
@@ -164,7 +170,8 @@ static bool reload(const struct reload_env *env, struct outcome *o)
     if (good) {
         merged = *env->conf;
         conf_take_live(&merged, &wanted, &settings_checks, on_change, o);
-        put_in_force(env, &merged, o->extract);
+        if (!o->checks)
+            put_in_force(env, &merged, o->extract);
     }
     conf_source_free(source);
     return good;
@@ -173,14 +180,14 @@ static bool reload(const struct reload_env *env, struct outcome *o)
 /* False with a refusal in *error. Its texts are for outcome_free in any case. */
 static bool try_reload(const struct reload_env *env, struct outcome *o, struct rpc_error *error)
 {
-    *o = (struct outcome){.conf = env->conf};
+    o->conf = env->conf;
     if (env->replay)
         return rpc_refuse(error, RPC_INVALID_REQUEST, "a replay keeps its configuration");
     if (!request_job_room(env->pipeline, error))
         return false;
     if (reload(env, o))
         return true;
-    if (o->faults > 1)
+    if (o->faults > 1 && !o->checks)
         return rpc_refuse(error, RPC_INVALID_REQUEST, "nothing is changed: %s; %d more in the log", o->fault,
                           o->faults - 1);
     return rpc_refuse(error, RPC_INVALID_REQUEST, "nothing is changed: %s", o->fault);
@@ -200,9 +207,8 @@ static void write_lines(struct json_out *out, const char *name, const struct jso
     json_out_close(out, ']');
 }
 
-bool reload_now(const struct reload_env *env, struct json_out *out, struct rpc_error *error)
+static bool answer(const struct reload_env *env, struct outcome o, struct json_out *out, struct rpc_error *error)
 {
-    struct outcome o;
     const bool good = try_reload(env, &o, error);
     if (good) {
         json_out_open(out, '{');
@@ -214,10 +220,28 @@ bool reload_now(const struct reload_env *env, struct json_out *out, struct rpc_e
     return good;
 }
 
+bool reload_now(const struct reload_env *env, struct json_out *out, struct rpc_error *error)
+{
+    return answer(env, (struct outcome){0}, out, error);
+}
+
+bool reload_check(const struct reload_env *env, const char *file, const char *text, struct json_out *out,
+                  struct rpc_error *error)
+{
+    const char *path = settings_path(env->options);
+    struct conf_text instead = {.bytes = text, .size = strlen(text)};
+    if (file && path && !(instead.name = conf_drop_in(path, file)))
+        return rpc_refuse(
+            error, RPC_INVALID_REQUEST,
+            "nothing is changed: the daemon does not read %s; it reads %s and the *.conf files of %s.d", file,
+            path, path);
+    return answer(env, (struct outcome){.checks = true, .instead = file ? &instead : NULL}, out, error);
+}
+
 void reload_by_signal(const struct reload_env *env)
 {
     struct rpc_error error;
-    struct outcome o;
+    struct outcome o = {0};
     notify_tell("RELOADING=1\nMONOTONIC_USEC=%llu", (unsigned long long)(loop_clock() / 1000));
     if (try_reload(env, &o, &error))
         log_line(LOG_NOTICE, "reloaded", "reload: %s: %u changed, %u need a restart", env->conf_name, o.n_applied,

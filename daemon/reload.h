@@ -2,7 +2,7 @@
 /*
  * reload - reads the configuration anew while all goes on. All keys that a running daemon can change take effect, or,
  * where the new configuration has a fault, none; the others are named. Maps, poses, clients and sonars stay. The method
- * `reload` answers with what reload_now says.
+ * `reload` answers with what reload_now says, `reload_check` with what it would say.
  */
 #ifndef SONARD_RELOAD_H
 #define SONARD_RELOAD_H
@@ -32,6 +32,13 @@ struct reload_env {
 
 /** reload_now - do it, and write what has changed, as the method `reload` answers; false with a refusal in *error. */
 bool reload_now(const struct reload_env *env, struct json_out *out, struct rpc_error *error);
+
+/**
+ * reload_check - what reload_now would say, and nothing changes. file: the absolute path, without links, of a file of
+ * the configuration's folder, there or not, that holds `text` instead; NULL: the files as they are.
+ */
+bool reload_check(const struct reload_env *env, const char *file, const char *text, struct json_out *out,
+                  struct rpc_error *error);
 
 /** reload_by_signal - do it, and say in the log and to the service manager what came of it. */
 void reload_by_signal(const struct reload_env *env);

@@ -15,6 +15,7 @@
 #include "drivers/pose/modbus_depth.h"
 #include "drivers/ports/port.h"
 #include "daemon/input/source.h"
+#include "protocol/protocol.h"
 
 static bool device_exists(const char *name, struct fault *fault)
 {
@@ -95,7 +96,8 @@ const struct conf_checks settings_checks = {.device = device_exists,
                                             .uses = device_uses,
                                             .users = key_users,
                                             .retunes = sonar_retunes,
-                                            .retuners = key_retuners};
+                                            .retuners = key_retuners,
+                                            .page_file = PROTOCOL_PAGE_FILE};
 
 void settings_man(FILE *out)
 {
@@ -132,16 +134,25 @@ const char *settings_path(const struct options *o)
     return o->replay ? NULL : OPTIONS_CONF;
 }
 
-bool settings_load(const struct options *o, struct conf *conf, struct conf_source **source, conf_fault_fn fault,
-                   void *fault_ctx)
+static void log_left_out(void *ctx, const char *message)
 {
+    (void)ctx;
+    log_line(LOG_WARNING, "page_setting", "this setting from the page has no effect: %s", message);
+}
+
+bool settings_load(const struct options *o, const struct settings_how *how, struct conf *conf,
+                   struct conf_source **source, conf_fault_fn fault, void *fault_ctx)
+{
+    const struct conf_where where = {.path = settings_path(o), .instead = how->instead};
+    struct conf_checks checks = settings_checks;
+    checks.left_out = how->starts ? log_left_out : NULL;
     if (!o->conf && access(settings_path(o), F_OK) != 0 && errno == ENOENT) {
         *source = NULL;
         fault(fault_ctx, "no configuration at " OPTIONS_CONF
                          "; name one with -c FILE (`sonarctl setup --output FILE` writes it)");
         return false;
     }
-    if (conf_load(conf, source, settings_path(o), &settings_checks, fault, fault_ctx) != 0)
+    if (conf_load_with(conf, source, &where, &checks, fault, fault_ctx) != 0)
         return false;
     settings_override(o, conf, *source);
     return true;

@@ -23,9 +23,14 @@ void settings_man(FILE *out);
 /** settings_path - the file that is read; NULL: a replay has its configuration in its capture. */
 const char *settings_path(const struct options *o);
 
+struct settings_how {
+    bool starts;                     /* a line that is wrong in a page's file is left out, with a warning */
+    const struct conf_text *instead; /* see conf_load_with; NULL: the files as they are */
+};
+
 /** settings_load - that file and its folder, and the options over it, see conf_load; false with faults. */
-bool settings_load(const struct options *o, struct conf *conf, struct conf_source **source, conf_fault_fn fault,
-                   void *fault_ctx);
+bool settings_load(const struct options *o, const struct settings_how *how, struct conf *conf,
+                   struct conf_source **source, conf_fault_fn fault, void *fault_ctx);
 
 /** settings_override - put what the command line says instead over a configuration that was loaded. */
 void settings_override(const struct options *o, struct conf *conf, struct conf_source *source);

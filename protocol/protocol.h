@@ -10,6 +10,9 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+/* The first line of a file of settings that sonard-web writes: the daemon starts without what is wrong in it. */
+#define PROTOCOL_PAGE_FILE "# Written by sonard-web; a change by hand is lost."
+
 /* Limits that size arrays in the daemon. */
 #define PROTOCOL_SECTORS_MAX    720
 #define PROTOCOL_CLUSTERS_MAX   256

@@ -1,8 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# deps.sh [build|check|long|web|lint|report|vm|arm64|deb|blueos] - installs what is missing on a Debian 12: what building
+# deps.sh [build|check|long|web|lint|report|vm|arm64|armhf|deb|blueos] - installs what is missing on a Debian 12: what building
 # needs, what the gate (make check) needs too, what all other tests need (long), or what check-web, lint, the report, the
-# virtual machine of check-vm, check-arm64, deb and check-deb, or blueos need. Needs root or sudo only when something is missing.
+# virtual machine of check-vm, check-arm64, check-armhf, deb and check-deb, or blueos need. Needs root or sudo only when something is missing.
 # INSTALL=no: installs nothing, and fails where something is missing.
 set -eu
 build="gcc libc6-dev make pkg-config libinih-dev libjansson-dev liblz4-dev libzstd-dev zlib1g-dev libmodbus-dev libgpiod-dev libwebsockets-dev"
@@ -13,8 +13,9 @@ lint="$build clang-format clang-tidy"
 report="$build gnuplot-nox cmark-gfm valgrind python3"
 vm="$build e2fsprogs qemu-system-x86 busybox-static cpio kmod xz-utils iproute2 can-utils gpiod mmdebstrap python3"
 arm64="$build gcc-aarch64-linux-gnu qemu-user-static mmdebstrap"
+armhf="$build gcc-arm-linux-gnueabihf qemu-user-static mmdebstrap"
 deb="$build git dpkg-dev debhelper dh-python python3 mmdebstrap"
-blueos="$build git python3 mmdebstrap umoci bubblewrap qemu-user-static gcc-aarch64-linux-gnu"
+blueos="$build git python3 mmdebstrap umoci bubblewrap qemu-user-static gcc-aarch64-linux-gnu gcc-arm-linux-gnueabihf"
 
 case "${1:-build}" in
 build) want=$build ;;
@@ -25,9 +26,10 @@ lint) want=$lint ;;
 report) want=$report ;;
 vm) want=$vm ;;
 arm64) want=$arm64 ;;
+armhf) want=$armhf ;;
 deb) want=$deb ;;
 blueos) want=$blueos ;;
-*) echo "usage: deps.sh [build|check|long|web|lint|report|vm|arm64|deb|blueos]" >&2; exit 2 ;;
+*) echo "usage: deps.sh [build|check|long|web|lint|report|vm|arm64|armhf|deb|blueos]" >&2; exit 2 ;;
 esac
 
 missing=

@@ -57,7 +57,7 @@ rule daemon/background "$core" $conf "grid/range/$own" 'drivers/devices/device\.
     'daemon/(pipeline/pipeline|rpc/(rpc|work))\.h'
 rule daemon/methods "$core" $conf "$grid" 'protocol/(protocol\.h|methods\.def)' "daemon/[a-z]+/$own" \
     'daemon/(fit|plan|plan_show|reload|replay|request_job|wiring)\.h'
-rule daemon "$core" $conf 'config/word\.h' 'protocol/(man|schema)\.h' "$grid" "drivers/[a-z]+/$own" "daemon/[a-z]+/$own"
+rule daemon "$core" $conf 'config/word\.h' 'protocol/(man|protocol|schema)\.h' "$grid" "drivers/[a-z]+/$own" "daemon/[a-z]+/$own"
 rule client $fault 'config/word\.h'
 rule client/lib
 rule client/view $fault $protocol

@@ -263,7 +263,7 @@ static void restore(struct web_live *live)
     live->phase = web_link_ask(live->asks, "reload", NULL, restored, live) ? WEB_LIVE_CHANGING : WEB_LIVE_LOST;
 }
 
-/* What the daemon refuses does not stay in the file, whether or not the page is still there. */
+/* What the daemon refuses after all does not stay in the file, whether or not the page is still there. */
 static void reloaded(void *ctx, const struct web_answer *answer)
 {
     struct web_live *live = ctx;
@@ -280,6 +280,49 @@ static void reloaded(void *ctx, const struct web_answer *answer)
         conclude(live, NULL, RPC_INVALID, "this key needs a restart of the daemon: nothing is changed");
     else
         conclude(live, NULL, answer->rpc_code, answer->message);
+}
+
+/* Nothing is in the file before the daemon has said that it would take it. */
+static void checked(void *ctx, const struct web_answer *answer)
+{
+    struct web_live *live = ctx;
+    struct fault fault;
+    const char *why;
+
+    if (answer->result && !waits_for_restart(live, json_object_get(answer->result, "needs_restart"))) {
+        if (!web_settings_save(live->settings, &fault)) {
+            web_settings_forget(live->settings);
+            conclude(live, NULL, RPC_INVALID, fault.text);
+        } else if (!web_link_ask(live->asks, "reload", NULL, reloaded, live)) {
+            why = web_link_state(live->asks);
+            reloaded(live,
+                     &(struct web_answer){.rpc_code = RPC_LIMIT, .message = why ? why : "too much is asked"});
+        }
+        return;
+    }
+    web_settings_forget(live->settings);
+    if (answer->result)
+        conclude(live, NULL, RPC_INVALID, "this key needs a restart of the daemon: nothing is changed");
+    else if (answer->rpc_code)
+        conclude(live, NULL, answer->rpc_code, answer->message);
+    else
+        conclude(live, NULL, RPC_NO_REPLY, "the daemon was lost before it answered: nothing is changed");
+}
+
+/* The question whether the daemon would take the file; false with a fault. */
+static bool ask_check(struct web_live *live, struct fault *fault)
+{
+    char *file = web_settings_file(live->settings, fault), *text = web_settings_text(live->settings);
+    json_t *params = file && text ? json_pack("{s:s, s:s}", "file", file, "text", text) : NULL;
+    const bool good = params && web_link_ask(live->asks, "reload_check", params, checked, live);
+    const char *why = web_link_state(live->asks);
+
+    if (file && !good)
+        fault_set(fault, "%s", !params ? "out of memory" : why ? why : "too much is asked");
+    json_decref(params);
+    free(file);
+    free(text);
+    return good;
 }
 
 void web_live_asks_changed(struct web_live *live)
@@ -321,7 +364,7 @@ static bool may_change(struct ask *ask, const char *token)
 static void change(struct ask *ask, const json_t *params)
 {
     struct web_live *live = ask->session->live;
-    const char *text = json_string_value(json_object_get(params, "text")), *why;
+    const char *text = json_string_value(json_object_get(params, "text"));
     struct web_setting setting;
     struct fault fault;
 
@@ -336,10 +379,10 @@ static void change(struct ask *ask, const json_t *params)
     live->changed_key = setting.key;
     live->changer = ask;
     live->phase = WEB_LIVE_CHANGING;
-    if (web_link_ask(live->asks, "reload", NULL, reloaded, live))
+    if (ask_check(live, &fault))
         return;
-    why = web_link_state(live->asks);
-    reloaded(live, &(struct web_answer){.rpc_code = RPC_LIMIT, .message = why ? why : "too much is asked"});
+    web_settings_forget(live->settings);
+    conclude(live, NULL, RPC_LIMIT, fault.text);
 }
 
 /* On or off. A file is written on the daemon's disk: only with the token. */

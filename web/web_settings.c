@@ -2,17 +2,18 @@
 #include "web_settings.h"
 
 #include <errno.h>
+#include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "protocol/protocol.h"
+
 #define NAME_CHARACTERS    "abcdefghijklmnopqrstuvwxyz0123456789_"
 #define SECTION_CHARACTERS NAME_CHARACTERS "ABCDEFGHIJKLMNOPQRSTUVWXYZ- "
 #define VALUE_CHARACTERS   SECTION_CHARACTERS ".,+/:"
-
-static const char head[] = "# Written by sonard-web; a change by hand is lost.\n";
 
 bool web_settings_parse(const char *text, struct web_setting *setting, struct fault *fault)
 {
@@ -48,8 +49,52 @@ static int by_text(const void *a, const void *b)
     return strcmp(((const struct web_setting *)a)->text, ((const struct web_setting *)b)->text);
 }
 
+static void write_lines(const struct web_settings *s, FILE *out)
+{
+    fputs(PROTOCOL_PAGE_FILE "\n", out);
+    for (int i = 0; i < s->n; i++) {
+        const struct web_setting *a = &s->setting[i];
+
+        if (i == 0 || strncmp(a->text, a[-1].text, a->section) != 0)
+            fprintf(out, "%.*s\n", (int)a->section, a->text);
+        fprintf(out, "%s\n", a->text + a->section + 1);
+    }
+}
+
+char *web_settings_text(const struct web_settings *s)
+{
+    char *text = NULL;
+    size_t size;
+    FILE *out = open_memstream(&text, &size);
+
+    if (!out)
+        return NULL;
+    write_lines(s, out);
+    if (fclose(out) == 0)
+        return text;
+    free(text);
+    return NULL;
+}
+
+char *web_settings_file(const struct web_settings *s, struct fault *fault)
+{
+    const char *name = strrchr(s->path, '/'), *last = name ? name + 1 : s->path;
+    char folder[PATH_MAX], real[PATH_MAX], *file;
+
+    snprintf(folder, sizeof folder, "%.*s", name ? (int)(last - s->path) : 1, name ? s->path : ".");
+    if (!realpath(folder, real)) {
+        fault_set(fault, "%s: %s", folder, strerror(errno));
+        return NULL;
+    }
+    if (asprintf(&file, "%s/%s", real, last) < 0) {
+        fault_set(fault, "out of memory");
+        return NULL;
+    }
+    return file;
+}
+
 /* The new file takes the place of the old one as a whole. */
-static bool save(const struct web_settings *s, struct fault *fault)
+bool web_settings_save(const struct web_settings *s, struct fault *fault)
 {
     char path[4096];
 
@@ -59,14 +104,7 @@ static bool save(const struct web_settings *s, struct fault *fault)
 
     if (!out)
         return fault_set(fault, "%s: %s", path, strerror(errno));
-    fputs(head, out);
-    for (int i = 0; i < s->n; i++) {
-        const struct web_setting *a = &s->setting[i];
-
-        if (i == 0 || strncmp(a->text, a[-1].text, a->section) != 0)
-            fprintf(out, "%.*s\n", (int)a->section, a->text);
-        fprintf(out, "%s\n", a->text + a->section + 1);
-    }
+    write_lines(s, out);
     fchmod(fileno(out), 0644);
     const bool good = !ferror(out) && fflush(out) == 0 && fsync(fileno(out)) == 0;
 
@@ -145,11 +183,10 @@ bool web_settings_token(const struct web_settings *s, const char *token)
     return n >= WEB_SETTINGS_LEAST && !differs;
 }
 
-static bool put_back(struct web_settings *s)
+void web_settings_forget(struct web_settings *s)
 {
     memcpy(s->setting, s->before, sizeof s->setting);
     s->n = s->n_before;
-    return false;
 }
 
 bool web_settings_change(struct web_settings *s, const struct web_setting *setting, struct fault *fault)
@@ -165,11 +202,11 @@ bool web_settings_change(struct web_settings *s, const struct web_setting *setti
     s->setting[at] = *setting;
     s->n = at == s->n ? s->n + 1 : s->n;
     qsort(s->setting, (size_t)s->n, sizeof *s->setting, by_text); /* a section stands in the file once */
-    return save(s, fault) || put_back(s);
+    return true;
 }
 
 bool web_settings_take_back(struct web_settings *s, struct fault *fault)
 {
-    put_back(s);
-    return save(s, fault);
+    web_settings_forget(s);
+    return web_settings_save(s, fault);
 }

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * web_settings - a file of sonard.conf.d that a page may change, with a token: one "[section] key = value" at a time.
- * The daemon judges the value: it is asked to reload, and a change that it refuses, or that would need a restart, is
- * taken back. [server] cannot be changed, because it says who may change something.
+ * The daemon judges the value before it is in the file: it is asked what it would say to the text, and then to reload.
+ * [server] cannot be changed, because it says who may change something.
  */
 #ifndef SONARD_WEB_SETTINGS_H
 #define SONARD_WEB_SETTINGS_H
@@ -41,10 +41,23 @@ bool web_settings_token(const struct web_settings *s, const char *token);
 /** web_settings_parse - text into *setting; false with a sentence: it is none, or one of [server]. */
 bool web_settings_parse(const char *text, struct web_setting *setting, struct fault *fault);
 
-/** web_settings_change - put it into the file, instead of the same key; false: the file is as before. */
+/** web_settings_change - put it in, instead of the same key; the file stays until web_settings_save. False: all is as
+ * before. */
 bool web_settings_change(struct web_settings *s, const struct web_setting *setting, struct fault *fault);
 
-/** web_settings_take_back - the file as it was before the last change. */
+/** web_settings_text - what the file would hold, for free(); NULL: no memory. */
+char *web_settings_text(const struct web_settings *s);
+
+/** web_settings_file - its absolute path, without links, for free(); NULL: it has no folder. */
+char *web_settings_file(const struct web_settings *s, struct fault *fault);
+
+/** web_settings_save - write the file; false: it is as before. */
+bool web_settings_save(const struct web_settings *s, struct fault *fault);
+
+/** web_settings_forget - all as it was before the last change, which was not saved. */
+void web_settings_forget(struct web_settings *s);
+
+/** web_settings_take_back - the file, too. */
 bool web_settings_take_back(struct web_settings *s, struct fault *fault);
 
 #endif

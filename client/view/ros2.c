@@ -220,14 +220,14 @@ static json_t *to_image(const json_t *message)
 /* Per cent of being occupied; -1: unknown. */
 static json_t *occupancy(const json_t *states)
 {
-    static const char of[] = {-1, 0, 100};
+    static const int8_t of[] = {-1, 0, 100};
     const size_t n = json_string_length(states);
-    const char *state = json_string_value(states);
+    const uint8_t *state = (const uint8_t *)json_string_value(states);
     json_t *cells = NULL;
     char *data = malloc(n + 1);
 
     for (size_t i = 0; data && i < n; i++)
-        data[i] = of[state[i] >= 0 && state[i] < 3 ? state[i] : 0];
+        data[i] = (char)of[state[i] < 3 ? state[i] : 0];
     if (data)
         cells = json_stringn_nocheck(data, n);
     free(data);

@@ -533,6 +533,14 @@ bool method_reload(const struct rpc_call *call, json_t *params, struct json_out 
     return reload_now(&d->reload, out, error);
 }
 
+bool method_reload_check(const struct rpc_call *call, json_t *params, struct json_out *out,
+                         struct rpc_error *error)
+{
+    const struct methods_env *d = call->daemon;
+    const char *file = params_text(params, "file"), *text = params_text(params, "text");
+    return reload_check(&d->reload, file, text ? text : "", out, error);
+}
+
 bool method_replay(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
 {
     const struct methods_env *d = call->daemon;

@@ -3,6 +3,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
@@ -56,6 +57,8 @@ struct file_bytes *file_bytes_open(const char *path, struct fault *fault)
         fault_set(fault, "%s: %s", path, strerror(errno));
     else if (!S_ISREG(st.st_mode) || st.st_size == 0)
         fault_set(fault, S_ISREG(st.st_mode) ? "%s: the file is empty" : "%s: not a file", path);
+    else if ((uint64_t)st.st_size > SIZE_MAX / 2)
+        fault_set(fault, "%s: too large for a processor of 32 bits", path);
     else if (!(f = new_bytes(fd, (size_t)st.st_size)))
         fault_set(fault, "%s: %s", path, strerror(errno));
     if (!f && fd >= 0)

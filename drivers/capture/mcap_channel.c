@@ -41,7 +41,7 @@ struct mcap_channel *mcap_parse_channel(struct mcap_cursor c)
     uint16_t id = (uint16_t)mcap_take_int(&c, 2), schema_id = (uint16_t)mcap_take_int(&c, 2);
     struct mcap_cursor topic = mcap_take_sized(&c), encoding = mcap_take_sized(&c), map = mcap_take_sized(&c);
     if (c.bad || topic.end - topic.p > MCAP_STRING_MAX || encoding.end - encoding.p > MCAP_STRING_MAX ||
-        map.end - map.p > METADATA_BYTES_MAX)
+        (size_t)(map.end - map.p) > METADATA_BYTES_MAX)
         return NULL;
     int pairs = count_pairs(map);
     if (pairs < 0)

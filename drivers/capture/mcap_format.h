@@ -113,7 +113,7 @@ static inline struct mcap_cursor mcap_take_sized(struct mcap_cursor *c)
 struct mcap_record {
     uint8_t opcode;
     struct mcap_cursor content;
-    uint64_t size; /* with opcode and length */
+    size_t size; /* with opcode and length */
 };
 
 /* Is there a whole record in the n bytes at p, which begins with the bytes of `head`? p itself is not read. */
@@ -126,7 +126,7 @@ static inline bool mcap_record_head(const uint8_t head[MCAP_RECORD_HEAD], const 
     if (n < MCAP_RECORD_HEAD || length > n - MCAP_RECORD_HEAD || out->opcode == 0)
         return false;
     out->content = (struct mcap_cursor){p + MCAP_RECORD_HEAD, p + MCAP_RECORD_HEAD + length, false};
-    out->size = MCAP_RECORD_HEAD + length;
+    out->size = MCAP_RECORD_HEAD + (size_t)length;
     return true;
 }
 

@@ -177,7 +177,7 @@ static size_t find_in_chunk(const struct mcap_reader *r, size_t to)
     const size_t n = (size_t)(r->chunk.end - p);
     for (size_t at = 1; (at = mcap_seek(p, n, at, to, false)) < to; at++) {
         struct mcap_record record;
-        if (mcap_record_at(p + at, n - at, &record) && is_followed_in_chunk(p, n, at + (size_t)record.size))
+        if (mcap_record_at(p + at, n - at, &record) && is_followed_in_chunk(p, n, at + record.size))
             return at;
     }
     return to;
@@ -202,8 +202,7 @@ static bool next_in_chunk(struct mcap_reader *r, struct mcap_message *out)
     const size_t left = (size_t)(r->chunk.end - r->chunk.p);
     struct mcap_record record;
     if (!mcap_record_at(r->chunk.p, left, &record) ||
-        (!is_followed_in_chunk(r->chunk.p, left, (size_t)record.size) &&
-         find_in_chunk(r, (size_t)record.size) < record.size)) {
+        (!is_followed_in_chunk(r->chunk.p, left, record.size) && find_in_chunk(r, record.size) < record.size)) {
         skip_in_chunk(r);
         return false;
     }
@@ -314,7 +313,7 @@ static void learn_channels(struct mcap_reader *r)
         return;
     for (size_t at = (size_t)s.start; mcap_summary_next(&r->in, &s, &at, &record);)
         if (record.opcode == MCAP_OP_CHANNEL)
-            announce_channel(r, record.content, at - (size_t)record.size, false);
+            announce_channel(r, record.content, at - record.size, false);
 }
 
 static bool parse_attachment(struct mcap_cursor c, struct mcap_attachment *out)

@@ -49,7 +49,7 @@ size_t mcap_records_find(const struct mcap_records *in, size_t from, size_t to)
         mcap_records_need(in, at, in->size - end > MCAP_SEEK_AHEAD ? end + MCAP_SEEK_AHEAD : in->size);
         for (size_t found; (found = mcap_seek(in->data, in->size, at, end, in->chunked)) < end; at = found + 1)
             if (mcap_record_at(in->data + found, in->size - found, &record) &&
-                (record.opcode == MCAP_OP_CHUNK || is_followed(in, found + (size_t)record.size)))
+                (record.opcode == MCAP_OP_CHUNK || is_followed(in, found + record.size)))
                 return found;
     }
     return to;
@@ -57,6 +57,6 @@ size_t mcap_records_find(const struct mcap_records *in, size_t from, size_t to)
 
 bool mcap_records_fit(const struct mcap_records *in, size_t offset, const struct mcap_record *record)
 {
-    const size_t end = offset + (size_t)record->size;
+    const size_t end = offset + record->size;
     return is_followed(in, end) || mcap_records_find(in, offset + 1, end) == end;
 }

@@ -299,7 +299,7 @@ static bool is_taken_over(struct micron *d, uint64_t now_ns, const struct device
         {"continuous", (seen->control & MICRON_CONTINUOUS) != 0, (sent->control & MICRON_CONTINUOUS) != 0, 0},
         {"gain", seen->gain, sent->gain, 0},
         {"ADInterval", seen->interval, sent->interval, 0},
-        {"bins", micron_line_bins(&d->line), sent->n_bins, sent->n_bins / BINS_SLACK_SHARE},
+        {"bins", (long)micron_line_bins(&d->line), sent->n_bins, sent->n_bins / BINS_SLACK_SHARE},
         {"step", seen->step, sent->step, 0},
         {"left limit", seen->left, sent->left, 0},
         {"right limit", seen->right, sent->right, 0},

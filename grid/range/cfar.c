@@ -10,8 +10,7 @@
 #include <string.h>
 
 #include "cfar_sieve.h"
-
-typedef unsigned __int128 u128;
+#include "u128.h"
 
 struct span {
     uint32_t begin, end; /* cells begin .. end - 1 */
@@ -122,8 +121,8 @@ static struct cfar_reference average_of(const struct cfar *cfar, const struct cf
 
     if (cfar->detector == CFAR_CA || one_sided)
         return (struct cfar_reference){lead_sum + lag_sum, lead_cells + lag_cells, one_sided};
-    const u128 lead = (u128)lead_sum * lag_cells, lag = (u128)lag_sum * lead_cells;
-    if (cfar->detector == CFAR_SOCA ? lead <= lag : lead >= lag)
+    const struct u128 lead = u128_product(lead_sum, lag_cells), lag = u128_product(lag_sum, lead_cells);
+    if (cfar->detector == CFAR_SOCA ? !u128_less(lag, lead) : !u128_less(lead, lag))
         return (struct cfar_reference){lead_sum, lead_cells, false};
     return (struct cfar_reference){lag_sum, lag_cells, false};
 }
@@ -223,8 +222,10 @@ static uint64_t power_not_below(uint64_t x, uint64_t alpha_q16)
         return UINT64_MAX;
     if (x < (uint64_t)1 << 47) /* a long division costs as much as the rest */
         return (x << 16) / alpha_q16 + ((x << 16) % alpha_q16 != 0);
-    const u128 least = (((u128)x << 16) + alpha_q16 - 1) / alpha_q16;
-    return least < UINT64_MAX ? (uint64_t)least : UINT64_MAX;
+    struct u128 rest;
+    const struct u128 least = u128_divide(u128_sum(u128_product(x, 65536), (struct u128){0, alpha_q16 - 1}),
+                                          (struct u128){0, alpha_q16}, &rest);
+    return least.hi == 0 ? least.lo : UINT64_MAX;
 }
 
 /* A cell exceeds alpha times the k-th smallest one where at least k cells are below the cell / alpha. */
@@ -234,7 +235,7 @@ static bool detects_by_rank(const struct cfar *cfar, const struct cfar_profile *
     const uint32_t n_lead = cells_left(p, s.lead), n = n_lead + cells_left(p, s.lag);
     const uint64_t alpha = n_lead == 0 || n_lead == n ? cfar->alpha_one_q16 : cfar->alpha_q16;
 
-    if (n == 0 || (u128)p->x[i] << 16 <= (u128)alpha * cfar->reference_min)
+    if (n == 0 || !u128_less(u128_product(alpha, cfar->reference_min), u128_product(p->x[i], 65536)))
         return false;
     const uint64_t limit = power_not_below(p->x[i], alpha);
     return count_below(p, s.lead, limit) + count_below(p, s.lag, limit) >= rank_among(cfar, n);
@@ -248,7 +249,8 @@ static bool detects(const struct cfar *cfar, const struct cfar_profile *p, uint3
         return detects_by_rank(cfar, p, i);
     const struct cfar_reference ref = cfar_reference_at(cfar, p, i);
     const uint64_t alpha = ref.one_sided ? cfar->alpha_one_q16 : cfar->alpha_q16;
-    return ref.cells > 0 && ((u128)p->x[i] << 16) * ref.cells > (u128)alpha * ref.sum;
+    return ref.cells > 0 &&
+           u128_less(u128_product(alpha, ref.sum), u128_product(p->x[i], (uint64_t)ref.cells << 16));
 }
 
 /* Returns the sums of windows; NULL for OS. */

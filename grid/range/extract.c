@@ -19,6 +19,7 @@
 #include "ring_down.h"
 #include "setting.h"
 #include "survivors.h"
+#include "u128.h"
 
 /* A group this share (1.5 dB) below the contrast of an echo is none, but ends what is called free. */
 #define DOUBTFUL 0.7
@@ -248,12 +249,13 @@ static bool detector_for(const struct extract *e, const struct profile *p, struc
 static bool is_quiet(const struct profile *p, const struct cfar *cfar)
 {
     const uint64_t alpha_q16 = cfar->alpha_q16 < cfar->alpha_one_q16 ? cfar->alpha_q16 : cfar->alpha_one_q16;
-    const unsigned __int128 threshold = (unsigned __int128)alpha_q16 * p->floor_power >> 16;
+    const struct u128 product = u128_product(alpha_q16, p->floor_power);
+    const uint64_t threshold = product.hi >> 16 ? UINT64_MAX : product.hi << 48 | product.lo >> 16;
     const uint64_t full = p->full_power - 1;
 
     const uint32_t n = p->axis->n;
 
-    return profile_next_above(p, p->first, n, threshold < full ? (uint64_t)threshold : full) == n;
+    return profile_next_above(p, p->first, n, threshold < full ? threshold : full) == n;
 }
 
 /* What the reflections of a profile show beside echoes. */

@@ -6,7 +6,7 @@
  */
 #include "otsu.h"
 
-typedef unsigned __int128 u128;
+#include "u128.h"
 
 /* Doubles are wrong by some 1e-15 of J; what is not within this share of the best is not the best. */
 #define SURELY_LESS (1.0 - 1e-9)
@@ -48,55 +48,65 @@ static inline double part(const struct values *v, int a, int b)
 
 /* J as whole + num / den with num < 3 den. */
 struct exact {
-    u128 whole, num, den;
+    struct u128 whole, num, den;
 };
 
 static void add_part(struct exact *j, const struct values *v, int a, int b)
 {
-    const u128 s = v->sum[b] - v->sum[a], w = v->pixels[b] - v->pixels[a];
+    const uint64_t s = v->sum[b] - v->sum[a], w = v->pixels[b] - v->pixels[a];
+    struct u128 rest;
 
-    j->whole += s * s / w;
-    j->num = j->num * w + s * s % w * j->den;
-    j->den *= w;
+    j->whole = u128_sum(j->whole, u128_divide(u128_product(s, s), (struct u128){0, w}, &rest));
+    j->num = u128_sum(u128_times(j->num, w), u128_times(j->den, rest.lo));
+    j->den = u128_times(j->den, w);
+}
+
+static bool is_zero(struct u128 a)
+{
+    return a.hi == 0 && a.lo == 0;
+}
+
+static bool is_same(struct u128 a, struct u128 b)
+{
+    return a.hi == b.hi && a.lo == b.lo;
 }
 
 /* Sign of a / b - c / d, by the continued fractions of both: nothing overflows. b and d > 0. */
-static int compare_fractions(u128 a, u128 b, u128 c, u128 d)
+static int compare_fractions(struct u128 a, struct u128 b, struct u128 c, struct u128 d)
 {
     for (int sign = 1;; sign = -sign) {
-        const u128 p = a / b, q = c / d;
-        if (p != q)
-            return p > q ? sign : -sign;
-        a -= p * b;
-        c -= q * d;
-        if (a == 0 || c == 0)
-            return a == c ? 0 : a == 0 ? -sign : sign;
-        const u128 b_old = b, d_old = d;
-        b = a;
-        a = b_old;
-        d = c;
-        c = d_old;
+        struct u128 a_rest, c_rest;
+        const struct u128 p = u128_divide(a, b, &a_rest), q = u128_divide(c, d, &c_rest);
+        if (!is_same(p, q))
+            return u128_less(q, p) ? sign : -sign;
+        if (is_zero(a_rest) || is_zero(c_rest))
+            return is_same(a_rest, c_rest) ? 0 : is_zero(a_rest) ? -sign : sign;
+        a = b;
+        b = a_rest;
+        c = d;
+        d = c_rest;
     }
 }
 
 /* J of the partition [0, i) [i, k) [k, n); i == k: of the two classes [0, k) [k, n). */
 static struct exact exact_of(const struct values *v, int i, int k)
 {
-    struct exact j = {.den = 1};
+    struct exact j = {.den = {0, 1}};
+    struct u128 rest;
 
     add_part(&j, v, 0, i);
     if (i < k)
         add_part(&j, v, i, k);
     add_part(&j, v, k, v->n);
-    j.whole += j.num / j.den;
-    j.num %= j.den;
+    j.whole = u128_sum(j.whole, u128_divide(j.num, j.den, &rest));
+    j.num = rest;
     return j;
 }
 
 static bool is_greater(const struct exact *a, const struct exact *b)
 {
-    if (a->whole != b->whole)
-        return a->whole > b->whole;
+    if (!is_same(a->whole, b->whole))
+        return u128_less(b->whole, a->whole);
     return compare_fractions(a->num, a->den, b->num, b->den) > 0;
 }
 

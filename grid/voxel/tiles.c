@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#define MOST_BYTES ((size_t)1 << 40)
+#define MOST_BYTES ((size_t)1 << (sizeof(size_t) > 4 ? 40 : 30))
 
 static size_t links_bytes(uint32_t n)
 {

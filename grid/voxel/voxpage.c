@@ -210,7 +210,8 @@ static const char *unfit(const struct voxmap *m, const uint8_t *bytes, size_t si
         return "cut or damaged: its length is not what it says";
     if (field[F_TILES] > m->tiles.n_free)
         return "no room: its tiles are more than are free";
-    for (size_t t = 0, at = HEAD, before = 0; t < field[F_TILES]; t++, at += tile_size(m)) {
+    uint64_t before = 0;
+    for (size_t t = 0, at = HEAD; t < field[F_TILES]; t++, at += tile_size(m)) {
         uint64_t number = get(bytes + at);
         if (number >= directory_size(m) || (t && number <= before))
             return "damaged: its tiles are out of order";

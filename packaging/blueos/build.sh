@@ -1,6 +1,6 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# build.sh [ARCH...] - the BlueOS extension for amd64 or arm64 (default: both) into BUILD/blueos/: for each
+# build.sh [ARCH...] - the BlueOS extension for amd64, arm64 or armhf (default: all) into BUILD/blueos/: for each
 # an archive that `docker load`, skopeo and umoci read. No registry is needed, only a mirror of Debian. The publisher and
 # the addresses are those of packaging/identity.
 set -eu
@@ -19,7 +19,8 @@ packaging/named.sh
 say() { echo "blueos: $*" >&2; }
 
 # ARCH: the compiler's name for it, and the names that OCI has.
-triplet() { case $1 in amd64) echo x86_64-linux-gnu ;; arm64) echo aarch64-linux-gnu ;; esac; }
+triplet() { case $1 in amd64) echo x86_64-linux-gnu ;; arm64) echo aarch64-linux-gnu ;; armhf) echo arm-linux-gnueabihf ;; esac; }
+platform() { case $1 in armhf) echo arm ;; *) echo "$1" ;; esac; }
 
 # The programs of ARCH into FOLDER, against the libraries that the image has.
 compile() { # ARCH, FOLDER
@@ -101,7 +102,9 @@ index = read(os.path.join(layout, "index.json"))
 entry = index["manifests"][0]
 manifest = read(blob(entry["digest"]))
 config = read(blob(manifest["config"]["digest"]))
-entry["platform"] = {"os": "linux", "architecture": config["architecture"]}
+if config["architecture"] == "arm": # Debian's armhf is ARMv7
+    config["variant"] = "v7"
+entry["platform"] = {"os": "linux", **{k: config[k] for k in ("architecture", "variant") if k in config}}
 manifest["config"]["digest"], manifest["config"]["size"] = keep(config)
 entry["digest"], entry["size"] = keep(manifest)
 used = {entry["digest"], manifest["config"]["digest"], *(l["digest"] for l in manifest["layers"])}
@@ -129,7 +132,7 @@ make_image() { # ARCH
     tar_same -cf "$work/layer.tar" -C "$work/root" .
     umoci init --layout "$work/image"
     umoci new --image "$work/image:$version"
-    umoci config --image "$work/image:$version" --architecture "$1" --os linux --no-history
+    umoci config --image "$work/image:$version" --architecture "$(platform "$1")" --os linux --no-history
     umoci raw add-layer --image "$work/image:$version" --no-history "$work/layer.tar"
     label "$work/image"
     pack "$work/image" "$archive"
@@ -137,9 +140,9 @@ make_image() { # ARCH
     rm -rf "$work"
 }
 
-[ $# -gt 0 ] || set -- amd64 arm64
+[ $# -gt 0 ] || set -- amd64 arm64 armhf
 for arch; do
-    [ -n "$(triplet "$arch")" ] || { echo "build.sh: $arch: expected amd64 or arm64: sonard needs 64 bits" >&2; exit 2; }
+    [ -n "$(triplet "$arch")" ] || { echo "build.sh: $arch: expected amd64, arm64 or armhf" >&2; exit 2; }
 done
 for arch; do
     make_image "$arch"

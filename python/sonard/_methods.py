@@ -340,6 +340,13 @@ class Methods:
         """Read the configuration again."""
         return cast("results.ReloadResult", self._ask("reload", {}))
 
+    def reload_check(self, *, file: Optional[str] = None, text: Optional[str] = None) -> results.ReloadResult:
+        """What a reload would say; nothing changes.
+        file: of the configuration's folder, as an absolute path without links, there or not.
+        text: what that file holds instead.
+        """
+        return cast("results.ReloadResult", self._ask("reload_check", {"file": file, "text": text}))
+
     def replay(self, *, pause: Optional[Literal["no", "yes"]] = None, speed: Optional[float] = None,
             to_s: Optional[float] = None) -> results.ReplayState:
         """Pause a capture that is played, or jump in it.
@@ -683,6 +690,13 @@ class AsyncMethods:
     async def reload(self) -> results.ReloadResult:
         """Read the configuration again."""
         return cast("results.ReloadResult", await self._ask("reload", {}))
+
+    async def reload_check(self, *, file: Optional[str] = None, text: Optional[str] = None) -> results.ReloadResult:
+        """What a reload would say; nothing changes.
+        file: of the configuration's folder, as an absolute path without links, there or not.
+        text: what that file holds instead.
+        """
+        return cast("results.ReloadResult", await self._ask("reload_check", {"file": file, "text": text}))
 
     async def replay(self, *, pause: Optional[Literal["no", "yes"]] = None, speed: Optional[float] = None,
             to_s: Optional[float] = None) -> results.ReplayState:

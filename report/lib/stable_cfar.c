@@ -6,6 +6,7 @@
 
 #include "core/fault.h"
 #include "grid/range/cfar.h"
+#include "grid/range/u128.h"
 #include "grid/range/extract.h"
 #include "dice.h"
 #include "stable.h"
@@ -129,7 +130,7 @@ static void single_count(bool quick, struct stable_found *f)
 /* The mask rule as it is written down, for CA. */
 static bool by_hand(const struct cfar *c, int64_t n, int64_t i)
 {
-    unsigned __int128 sum = 0;
+    uint64_t sum = 0; /* of cells that fill to CFAR_MAX_SUM at most */
     uint64_t cells = 0;
 
     for (int64_t k = 0; k < n; k++)
@@ -137,7 +138,7 @@ static bool by_hand(const struct cfar *c, int64_t n, int64_t i)
             sum += x[k];
             cells++;
         }
-    return cells && (unsigned __int128)x[i] * 65536 * cells > c->alpha_q16 * sum;
+    return cells && u128_less(u128_product(c->alpha_q16, sum), u128_product(x[i], cells * 65536));
 }
 
 /* Cells that differ from the rule, and bytes written beyond the mask. */

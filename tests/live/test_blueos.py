@@ -214,12 +214,12 @@ def image(bench):
     check(users["sonard"] == users["sonard-web"] == users["sonard-mavlink"] != 0, "as root: %s" % users)
 
 
-def arm64(bench):
-    """The image for arm64: its programs one by one under the emulator, which cannot start what its shell starts."""
-    path = archive("arm64")
-    emulator = shutil.which("qemu-aarch64-static")
-    if not emulator or platform.machine() == "aarch64":
-        raise Skipped("needs qemu-user-static, on another machine than arm64")
+def emulated(bench, arch, machine):
+    """The image for another machine: its programs one by one under the emulator, which cannot start what its shell starts."""
+    path = archive(arch)
+    emulator = shutil.which("qemu-%s-static" % machine)
+    if not emulator or platform.machine() == machine:
+        raise Skipped("needs qemu-user-static, on another machine than " + arch)
     _, root, process = unpacked(bench, path)
     shutil.copy(emulator, root + "/emulator")
     sim = bench.twin("ping360_sim", "--udp", "0")  # as quick as the real one
@@ -240,4 +240,14 @@ def arm64(bench):
     note("%s: %.1f MB, %d pings" % (os.path.basename(path), os.path.getsize(path) / 1e6, sim.pings()))
 
 
-run([("blueos_" + f.__name__, f) for f in (starts, first_time, image, arm64)])
+def arm64(bench):
+    """A Raspberry Pi with a system of 64 bits."""
+    emulated(bench, "arm64", "aarch64")
+
+
+def armhf(bench):
+    """One with a system of 32 bits."""
+    emulated(bench, "armhf", "arm")
+
+
+run([("blueos_" + f.__name__, f) for f in (starts, first_time, image, arm64, armhf)])

@@ -183,11 +183,11 @@ def settings_in_a_flood(bench):
 
 
 class Between(threading.Thread):
-    """Stands between sonard-web and the daemon, and loses the next reload on its way there or its answer on the way back."""
+    """Stands between sonard-web and the daemon, and loses the next request of a method on its way there or its answer back."""
 
     def __init__(self, bench):
         super().__init__(daemon=True)
-        self.daemon_path, self.loses, self.open = bench.socket_path, None, True
+        self.daemon_path, self.loses, self.method, self.open = bench.socket_path, None, b'"reload"', True
         self.listener = socket.socket(socket.AF_UNIX)
         self.path = bench.path("between")
         self.listener.bind(self.path)
@@ -216,7 +216,7 @@ class Between(threading.Thread):
                         data = s.recv(65536)
                     except OSError:
                         return
-                    losing |= s is near and self.loses is not None and b'"reload"' in data
+                    losing |= s is near and self.loses is not None and self.method in data
                     if not data or losing and (self.loses == "request" or s is far):
                         self.loses = None
                         return
@@ -249,8 +249,16 @@ def settings_lost(bench):
         check("lost" in message and "taken back" in message, message)
         check(content() == before and clear_for(daemon) == 21, "%s: %s s, and the file has %s" % (loses, clear_for(daemon), content()))
         check(("clear_for = 33 s" in daemon.log()) == taken, "the daemon had it: %s" % daemon.log())
-    between.loses, between.open = "request", False  # a value that would keep the daemon from starting
-    page.say({"id": 7, "method": "settings", "params": {"text": "[grid] clear_for = 1 parsec", "token": TOKEN}})
+    between.method = b'"reload_check"'
+    for loses in ("request", "answer"):
+        between.loses = loses
+        message = set_it("[grid] clear_for = 34 s")["error"]["message"]
+        check("lost" in message and "nothing is changed" in message, message)
+        check(content() == before and clear_for(daemon) == 21, "%s: the file has %s" % (loses, content()))
+        until(lambda: "needs a restart" in set_it("[map] voxel = 1 m")["error"]["message"], "the connection")
+    between.method = b'"reload"'
+    between.loses, between.open = "request", False
+    page.say({"id": 7, "method": "settings", "params": {"text": "[grid] clear_for = 35 s", "token": TOKEN}})
     until(lambda: between.loses is None and content() == before, "the change to be taken back")
     daemon.process.kill()
     daemon.expected = -9
@@ -263,13 +271,46 @@ def settings_lost(bench):
     check(set_it("[grid] clear_for = 22 s")["result"]["applied"] and clear_for(again) == 22, "nothing can be changed afterwards")
 
 
+def settings_refused(bench):
+    """A file that the daemon does not read gets nothing, and a page's line that is wrong keeps no daemon from starting."""
+    bench.sim()
+    bench.conf(grid={"clear_for": "12 s"})
+    daemon = bench.sonard()
+    daemon.client().call("status")
+    token = bench.write("token", TOKEN + "\n")
+    os.chmod(token, 0o600)
+    elsewhere = bench.path("web.conf")
+    page = Page(Web(bench, "--settings", elsewhere, "--token", token))
+    for text in ("[grid] clear_for = 1 parsec", "[grid] clear_for = 21 s"):
+        until(lambda: "no daemon" not in page.ask("settings", text=text, token=TOKEN)["error"]["message"], "the connection")
+        error = page.ask("settings", text=text, token=TOKEN)["error"]["message"]
+        check("does not read" in error and not os.path.exists(elsewhere), "%s: %s" % (text, error))
+    daemon.stop()
+    folder = bench.path("sonard.conf.d")
+    os.mkdir(folder)
+    written = bench.write("sonard.conf.d/web.conf", "# Written by sonard-web; a change by hand is lost.\n[answers]\nlook_ahead = 4 m\n"
+                          "[grid]\nclear_for = 1 parsec\n")
+    daemon = bench.sonard()
+    client = daemon.client()
+    check("has no effect" in daemon.log() and "web.conf:5: [grid] clear_for = 1 parsec" in daemon.log(), daemon.log())
+    check(client.call("status")["grids"][0]["clear_for_s"] == 12, "not what sonard.conf says")
+    check(client.call("sectors")["distance_m"] == 4, "what is good in the file is left out, too")
+    page = Page(Web(bench, "--settings", written, "--token", token))
+    until(lambda: "no daemon" not in page.ask("settings", text="[answers] look_ahead = 5 m", token=TOKEN)["error"]["message"], "the connection")
+    error = page.ask("settings", text="[answers] look_ahead = 5 m", token=TOKEN)["error"]["message"]
+    check("web.conf:5: [grid] clear_for = 1 parsec" in error, error)
+    check("result" in page.ask("settings", text="[grid] clear_for = 13 s", token=TOKEN), "it cannot be mended from the page")
+    check(client.call("status")["grids"][0]["clear_for_s"] == 13, "not applied")
+
+
 def replays(bench):
     """With --replay a page pauses a capture and jumps in it, and nothing else; without, it may not even that."""
     client = bench.sonard("--replay", "tests/replay/box.mcap", "--speed", "0.001", "--stay", "--socket", bench.socket_path, conf=False).client()
     plain, web = Web(bench), Web(bench, "--replay")
     page = Page(plain)
-    check(page.of("link")["result"]["replay"] is False, "it says that it may")
-    check(page.of("link")["result"]["settings"] is False, "it says that settings may be changed")
+    link = page.of("link")["result"]
+    check(link["replay"] is False, "it says that it may")
+    check(link["settings"] is False, "it says that settings may be changed")
     check(page.ask("replay", pause="yes")["error"]["code"] == -32601, "without --replay")
     check(not client.call("status")["replay"]["paused"], "paused all the same")
     page = Page(web)
@@ -928,6 +969,6 @@ def command_line(bench):
     check(bench.run(SONARD_WEB, "--version").stdout.startswith("sonard-web "), "no version")
 
 
-run([("web_" + f.__name__, f) for f in (answers, only_questions, settings, settings_guessed, settings_in_a_flood, settings_lost, replays, settings_of_strangers, who_may_ask, no_paths, hostile, metrics, openapi, live, slow, crowd, foxglove, foxglove_traffic, foxglove_by_hand,
+run([("web_" + f.__name__, f) for f in (answers, only_questions, settings, settings_guessed, settings_in_a_flood, settings_lost, settings_refused, replays, settings_of_strangers, who_may_ask, no_paths, hostile, metrics, openapi, live, slow, crowd, foxglove, foxglove_traffic, foxglove_by_hand,
                                         recovers, silent_daemon, page_names, command_line)],
-    gate=("web_only_questions", "web_settings", "web_settings_lost", "web_settings_of_strangers", "web_foxglove_by_hand", "web_recovers", "web_who_may_ask", "web_no_paths", "web_openapi", "web_page_names", "web_command_line"))
+    gate=("web_only_questions", "web_settings", "web_settings_lost", "web_settings_refused", "web_settings_of_strangers", "web_foxglove_by_hand", "web_recovers", "web_who_may_ask", "web_no_paths", "web_openapi", "web_page_names", "web_command_line"))

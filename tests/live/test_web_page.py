@@ -85,12 +85,23 @@ RINGS = """(() => {
 RING = RINGS + ".map(([state]) => state)"
 
 
-def begun(bench, scene="box", pings=210, record=None, **sonar):
+TOKEN = "a-token-for-the-tests"
+
+
+def with_token(bench):
+    """The options with which a page may set something."""
+    os.mkdir(bench.path("sonard.conf.d"))
+    token = bench.write("token", TOKEN)
+    os.chmod(token, 0o600)
+    return "--settings", bench.path("sonard.conf.d/web.conf"), "--token", token
+
+
+def begun(bench, *arguments, scene="box", pings=210, record=None, **sonar):
     bench.sim(scene=scene)
     bench.conf(sonar=sonar, vehicle={"near": "0.8 m"}, extract={"no_echo": "range"}, record=record or {})
     daemon = bench.sonard()
     client = daemon.client()
-    web = Web(bench)
+    web = Web(bench, *arguments)
     browser = Browser(bench)
     pings_until(client, pings, 60)
     browser.do("open", url="http://127.0.0.1:%d/" % web.port, width=1280, height=860)
@@ -349,18 +360,19 @@ def settings(bench):
         browser.eval("document.querySelector('#settings').open = true")
         browser.eval("document.querySelector('#setting').value = %s; document.querySelector('#token').value = %s" % (json.dumps(text), json.dumps(token)))
         browser.do("click", selector="#settings button")
-    press_record()
-    until(lambda: "token" in browser.text("#record-said"), "what is missing: " + browser.text("#record-said"))
+    browser.do("click", selector="#tab-pilot")
+    until(lambda: browser.text("#limit-speed"), "the pilot's page")
+    check(browser.eval("document.querySelector('#record').hidden"), "a button that can do nothing")
     browser.do("click", selector="#tab-sonar")
     apply("[grid] clear_for = 21 s", "x")
     until(lambda: "--settings" in browser.text("#setting-said"), "the reason")
-    os.mkdir(bench.path("sonard.conf.d"))
-    token = bench.write("token", "a-token-for-the-tests")
-    os.chmod(token, 0o600)
-    web = Web(bench, "--settings", bench.path("sonard.conf.d/web.conf"), "--token", token)
+    web = Web(bench, *with_token(bench))
     browser.do("open", url="http://127.0.0.1:%d/" % web.port, width=1280, height=860)
     until(lambda: browser.text("#link") == "live", "a live page")
-    apply("[grid] clear_for = 21 s", "a-token-for-the-tests")
+    press_record()
+    until(lambda: "token" in browser.text("#record-said"), "what is missing: " + browser.text("#record-said"))
+    browser.do("click", selector="#tab-sonar")
+    apply("[grid] clear_for = 21 s", TOKEN)
     until(lambda: browser.text("#setting-said") == "Applied: [grid] clear_for = 21 s", "the change")
     check(client.call("status")["grids"][0]["clear_for_s"] == 21, "the daemon knows nothing of it")
     press_record()
@@ -370,7 +382,7 @@ def settings(bench):
     until(lambda: not recording() and browser.text("#record") == "Record", "its end: " + browser.text("#record"))
     browser.do("click", selector="#tab-sonar")
     daemon.process.send_signal(signal.SIGSTOP)
-    apply("[grid] clear_for = 33 s", "a-token-for-the-tests")
+    apply("[grid] clear_for = 33 s", TOKEN)
     until(lambda: "not known" in browser.text("#setting-said"), "doubt")
     until(lambda: browser.text("#link") == "daemon lost", "the loss")
     daemon.process.send_signal(signal.SIGCONT)
@@ -387,7 +399,7 @@ REACHED = """Array.from(document.querySelectorAll("button, select, input, canvas
 
 def by_keyboard(bench):
     """The Tab key reaches all that can be used on each tab, each has a name for a screen reader, and keys are enough."""
-    _, _, _, browser = begun(bench, pings=30, record={"directory": bench.path("captures"), "start": "on_request"})
+    _, _, _, browser = begun(bench, *with_token(bench), pings=30, record={"directory": bench.path("captures"), "start": "on_request"})
     for tab, keys in (("sonar", ()), ("map", ("ArrowRight",)), ("pilot", ("ArrowRight",))):
         browser.eval("document.querySelector('[role=tab][tabindex=\"0\"]').focus()")
         for key in keys:
@@ -433,10 +445,10 @@ def by_keyboard(bench):
 def tuned(bench):
     """The console: palette and contrast change the picture, range, gain and mode the head, with the token alone."""
     _, client, _, browser = begun(bench, pings=30)
-    os.mkdir(bench.path("sonard.conf.d"))
-    token = bench.write("token", "a-token-for-the-tests")
-    os.chmod(token, 0o600)
-    web = Web(bench, "--settings", bench.path("sonard.conf.d/web.conf"), "--token", token)
+    browser.do("click", selector="#console summary")
+    until(lambda: "--settings" in browser.text("#head-none"), "why nothing can be set")
+    check(browser.eval("document.querySelector('#head').disabled"), "it can be set all the same")
+    web = Web(bench, *with_token(bench))
     browser.do("open", url="http://127.0.0.1:%d/" % web.port, width=1280, height=860)
     until(lambda: browser.text("#link") == "live" and browser.eval("sonardPage.rows.size") > 20, "a live page")
     browser.do("click", selector="#console summary")
@@ -446,7 +458,9 @@ def tuned(bench):
     browser.do("choose", selector="#head-range", value="5")
     until(lambda: "token" in browser.text("#head-said") and browser.eval(FOCUSED) == "token", "what is missing")
     check(tuning()["range_m"] != 5, "it was set without the token")
-    browser.eval("document.querySelector('#token').value = 'a-token-for-the-tests'")
+    check("enter the token" in browser.text("#head-none"), "it does not say what is missing: " + browser.text("#head-none"))
+    browser.eval("(() => { const t = document.querySelector('#token'); t.value = '%s'; t.dispatchEvent(new Event('input')); })()" % TOKEN)
+    check(browser.text("#head-none") == "", "something is missing still: " + browser.text("#head-none"))
     choices = (("range", "5", lambda t: t["range_m"] == 5), ("gain", "2", lambda t: t["gain"] == 2), ("gain", "-1", lambda t: t["gain"] is None),
                ("mode", "request", lambda t: t["mode"] == "request"), ("range", "20", lambda t: t["range_m"] == 20))
     for key, value, done in choices:
@@ -577,7 +591,7 @@ def looks(bench):
     bench.sim(scene="harbour")
     bench.conf(sonar={"range": "20 m"}, vehicle={"near": "1 m"}, map={"voxel": "0.2 m", "memory": "32 MiB"}, extract={"no_echo": "minimum"})
     client = bench.sonard().client()
-    web = Web(bench)
+    web = Web(bench, *with_token(bench))
     browser = Browser(bench)
     end = time.monotonic() + 60 * PATIENCE
     first = client.sensor()["pings"]
@@ -600,6 +614,10 @@ def looks(bench):
         check(browser.eval("document.documentElement.scrollWidth <= innerWidth"), "%s: wider than the screen" % name)
         check(browser.eval("document.querySelector('#canvas').getBoundingClientRect().width") > 0.55 * min(width, height), "%s: a small picture" % name)
         check(browser.eval("document.documentElement.dataset.theme") == theme, "%s: another theme" % name)
+        ragged = browser.eval("""(() => { const at = (e) => e.getBoundingClientRect(), li = Array.from(document.querySelectorAll('#legend li')).filter((e) => e.checkVisibility());
+          return li.filter((e) => { const k = e.querySelector('.key'); return at(k).right > at(e).right || at(k).width < 8; }).map((e) => e.textContent)
+            .concat(innerWidth < 500 && new Set(li.map((e) => Math.round(at(e).left))).size > 2 ? ['more than two columns'] : []); })()""")
+        check(ragged == [], "%s: the legend: %s" % (name, ragged))
         contrast = browser.eval("""(() => { const l = (c) => { const v = c.match(/\\d+/g).slice(0, 3).map((x) => { x /= 255; return x <= 0.03928 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4; }); return 0.2126 * v[0] + 0.7152 * v[1] + 0.0722 * v[2]; };
           const a = l(getComputedStyle(document.querySelector('.muted')).color), b = l(getComputedStyle(document.body).backgroundColor);
           return (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05); })()""")

@@ -20,7 +20,7 @@ export async function applySetting(text, said) {
   clearTimeout(late);
   said.textContent = answer.lost ? "The connection to sonard-web was lost: it is not known whether this was taken. Apply it again."
     : answer.error ? answer.error.message
-    : answer.result.applied.length ? `Applied: ${answer.result.applied.join("; ")}` : "Nothing changed: it was so already, or the daemon does not read this file.";
+    : answer.result.applied.length ? `Applied: ${answer.result.applied.join("; ")}` : "Nothing changed: it was so already, or a file with a later name or the command line says otherwise.";
 }
 
 // ---- the head ----
@@ -36,12 +36,20 @@ function offer(select, values, now, text) {
   if (document.activeElement !== select) select.value = String(now);
 }
 
+// What is missing before the head can be told something; "": nothing.
+function missing(t) {
+  if (!t) return "This sonar takes its settings when sonard starts.";
+  if (!state.link || !state.link.settings) return "Nothing can be set from this page: sonard-web was started without --settings. Its manual says how to allow it (sonard-web(8), SETTINGS).";
+  return $("token").value ? "" : "To set these, enter the token: at the bottom of this page, under Settings.";
+}
+
 // A head that takes nothing while it runs is named, and why there is nothing to set.
 export function showConsole() {
   const s = $("console").open ? head() : null, t = s && s.tuning;
-  $("head").disabled = !t;
+  $("head").disabled = !t || !state.link || !state.link.settings;
   $("head-name").textContent = s ? `Settings of ${s.name}` : "Settings of the sonar";
-  $("head-none").hidden = !s || !!t;
+  $("head-none").textContent = s ? missing(t) : "";
+  $("head-none").hidden = !$("head-none").textContent;
   for (const id of ["head-range", "head-gain"]) $(id).parentElement.hidden = !t;
   $("head-mode").parentElement.hidden = !t || t.mode === null;
   if (!t) return;
@@ -79,6 +87,7 @@ export function beginConsole({ repaint, freeze, watch }) {
     repaint();
   });
   $("freeze").addEventListener("click", freeze);
+  $("token").addEventListener("input", showConsole);
   $("console").addEventListener("toggle", () => { watch(); showConsole(); });
   $("head-range").addEventListener("change", () => tell("range", `${$("head-range").value} m`));
   $("head-gain").addEventListener("change", () => tell("gain", parseInt($("head-gain").value) < 0 ? "auto" : $("head-gain").value));

@@ -169,6 +169,144 @@ TEST(too_many_files_are_a_fault)
     empty_folder();
 }
 
+/* The text of a file that is there or not, in its place among the others. */
+TEST(a_file_can_be_tried_before_it_is_there)
+{
+    struct conf conf;
+    struct conf_source *source;
+    const struct conf_text text = {"m.conf", "[grid]\nclear_for = 30 s\n", 24};
+    static const char *const others[][2] = {{"a.conf", "30"}, {"m.conf", "30"}, {"z.conf", "20"}};
+    empty_folder();
+    write_text(main_path, BASE);
+    for (size_t i = 0; i < 3; i++) {
+        empty_folder();
+        write_in(others[i][0], "[grid]\nclear_for = 20 s\n");
+        faults_seen[0] = '\0';
+        CHECK_INT(conf_load_with(&conf, &source, &(struct conf_where){main_path, &text}, NULL, note_fault, NULL),
+                  0);
+        CHECK(conf.grid.clear_for_s == strtod(others[i][1], NULL));
+        conf_source_free(source);
+    }
+    empty_folder();
+    CHECK_INT(conf_load_with(&conf, &source,
+                             &(struct conf_where){main_path, &(struct conf_text){"m.conf", "[grid]\nx = 1\n", 13}},
+                             NULL, note_fault, NULL),
+              1);
+    CHECK(strstr(faults_seen, "t.conf.d/m.conf:2: [grid] x = 1: unknown key") != NULL);
+    conf_source_free(source);
+}
+
+TEST(which_files_are_read)
+{
+    char file[128];
+    static const struct {
+        const char *file;
+        bool read;
+    } row[] = {{"t.conf.d/web.conf", true}, {"t.conf.d/web.conf.new", false}, {"t.conf.d/.conf", false},
+               {"web.conf", false},         {"t.conf.d/x/web.conf", false},   {"t.conf", false}};
+    empty_folder();
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
+        snprintf(file, sizeof file, "%s/%s", folder, row[i].file);
+        const char *name = conf_drop_in(main_path, file);
+        CHECK_STR(name ? name : "not read", row[i].read ? "web.conf" : "not read");
+    }
+    CHECK(!conf_drop_in(main_path, "web.conf") &&
+          !conf_drop_in("/nonexistent/t.conf", "/nonexistent/t.conf.d/a.conf"));
+}
+
+#define PAGE "# by the page"
+#define A    "[sonar a]\nrange = 8 m\n"
+
+static char left_out[2048];
+
+static void note_left_out(void *ctx, const char *message)
+{
+    (void)ctx;
+    size_t used = strlen(left_out), shown = strncmp(message, folder, strlen(folder)) ? 0 : strlen(folder) + 1;
+    snprintf(left_out + used, sizeof left_out - used, "%s%.120s", used > 0 ? "\n" : "", message + shown);
+}
+
+static bool no_other_device(const char *name, struct fault *fault)
+{
+    return strcmp(name, "ping360") == 0 || fault_set(fault, "unknown device");
+}
+
+/* What a page wrote must not keep the daemon from starting; what is good of it holds, and what is wrong was never in
+ * force, so that what the files before say is. */
+TEST(a_wrong_line_of_a_page_is_left_out)
+{
+    static const struct {
+        const char *page, *left_out;
+        double range_m;
+    } row[] = {
+        {"[grid]\nclear_for = 1 parsec\n" A, "m.conf:3: [grid] clear_for = 1 parsec: ", 8},
+        {A "[grid]\nclear_for = 0.1 s\n", "m.conf:5: [grid] clear_for = 0.1 s: out of range", 8},
+        {"[grid]\nold_key = 3\n" A, "m.conf:3: [grid] old_key = 3: unknown key", 8},
+        {"[gird]\nclear_for = 9 s\n" A, "m.conf:2: [gird]: unknown section", 8},
+        {"[sonar gone]\nrange = 7 m\n" A, "m.conf:2: [sonar gone]: no file before has this section", 8},
+        {"[grid gone]\nclear_for = 9 s\n" A, "m.conf:2: [grid gone]: no file before has this section", 8},
+        {A "device = other\n", "m.conf:4: [sonar a] device = other: unknown device", 8},
+        {A "range = 9 m\n", "m.conf:4: [sonar a] range = 9 m: duplicate key", 8},
+        {A A, "m.conf:4: [sonar a]: duplicate section", 8},
+        {"clear_for = 9 s\n" A, "m.conf:2: clear_for = 9 s: no section before it", 8},
+        {"[grid]\nclear_for\n" A, "m.conf:3: clear_for: not a key and its value", 8},
+        {"[grid]\n\x01\x02\n" A, "m.conf:3: byte 0x01 in column 1", 5},
+    };
+    struct conf_checks checks = {.device = no_other_device, .page_file = PAGE};
+    struct conf conf;
+    struct conf_source *source;
+    char text[256];
+    empty_folder();
+    write_text(main_path, BASE "range = 5 m\n[grid]\nclear_for = 12 s\n");
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
+        for (int starts = 0; starts < 2; starts++) {
+            snprintf(text, sizeof text, PAGE "\n%s", row[i].page);
+            write_in("m.conf", text);
+            checks.left_out = starts ? note_left_out : NULL;
+            left_out[0] = faults_seen[0] = '\0';
+            const int n = conf_load(&conf, &source, main_path, &checks, note_fault, NULL);
+            if (starts) {
+                CHECK_INT(n, 0);
+                CHECK_STR(faults_seen, "");
+                CHECK(strstr(left_out, row[i].left_out) != NULL);
+                CHECK(conf.grid.clear_for_s == 12 && conf.n_sonars == 1 && conf.n_more_grids == 0);
+                CHECK_STR(conf.sonar[0].device, "ping360");
+                CHECK(conf.sonar[0].range_m == row[i].range_m);
+                size_t size;
+                CHECK(strstr(conf_source_text(source, &size), "clear_for = 12 s") != NULL);
+            } else {
+                CHECK(n > 0 || strstr(row[i].page, "[grid gone]")); /* which is good, and needs a restart */
+                CHECK_STR(left_out, "");
+            }
+            conf_source_free(source);
+        }
+    }
+}
+
+/* Files of others, keys that do not go together, and what is missing are faults as ever. */
+TEST(all_else_is_a_fault_beside_a_page_as_well)
+{
+    const struct conf_checks checks = {.page_file = PAGE, .left_out = note_left_out};
+    struct conf conf;
+    struct conf_source *source;
+    static const char *const row[][2] = {{"m.conf", "# by hand\n[grid]\nold_key = 3\n"},
+                                         {"m.conf", PAGE "s\n[grid]\nold_key = 3\n"},
+                                         {"m.conf", PAGE "\n[grid]\nclear_for = 30 s\nforget = 20 s\n"}};
+    write_text(main_path, BASE);
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
+        empty_folder();
+        write_in(row[i][0], row[i][1]);
+        left_out[0] = faults_seen[0] = '\0';
+        CHECK_INT(conf_load(&conf, &source, main_path, &checks, note_fault, NULL), 1);
+        CHECK_STR(left_out, "");
+        conf_source_free(source);
+    }
+    empty_folder();
+    write_text(main_path, PAGE "\n" BASE "old_key = 3\n");
+    CHECK_INT(conf_load(&conf, &source, main_path, &checks, note_fault, NULL), 1);
+    conf_source_free(source);
+}
+
 int main(void)
 {
     if (!mkdtemp(folder))
@@ -179,6 +317,10 @@ int main(void)
     RUN(faults_name_their_file);
     RUN(a_file_that_cannot_be_read_is_a_fault);
     RUN(too_many_files_are_a_fault);
+    RUN(a_file_can_be_tried_before_it_is_there);
+    RUN(which_files_are_read);
+    RUN(a_wrong_line_of_a_page_is_left_out);
+    RUN(all_else_is_a_fault_beside_a_page_as_well);
     char path[64];
     unlink(main_path);
     snprintf(path, sizeof path, "%s/t.conf.d", folder);

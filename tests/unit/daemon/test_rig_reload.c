@@ -2,6 +2,9 @@
 /* test_rig_reload - what a reload says it has applied is in force: each key by what it does, not by what is stored. */
 #include "tests/lib/rig.h"
 
+#include <limits.h>
+#include <sys/stat.h>
+
 #include "core/log.h"
 #include "daemon/options.h"
 
@@ -288,8 +291,57 @@ TEST(who_may_change_something_is_looked_up_again)
     end();
 }
 
+/* The reply to reload_check with that text for conf.d/NAME, refused or not; the caller's. */
+static json_t *check_reply(const char *name, const char *text)
+{
+    struct json_out out = {0};
+    struct rpc_error error = {0};
+    char folder[PATH_MAX], file[PATH_MAX + 64];
+    CHECK(realpath(rig.dir, folder) != NULL);
+    snprintf(file, sizeof file, "%s/%s", folder, name);
+    const bool good = reload_check(&rig.d.reload, file, text, &out, &error);
+    json_t *reply = good ? json_loadb(out.bytes, out.n, 0, NULL) : json_string(error.message);
+    free(out.bytes);
+    return reply;
+}
+
+static void check_refused(const char *name, const char *text, const char *why)
+{
+    json_t *reply = check_reply(name, text);
+    CHECK(json_is_string(reply) && strstr(json_string_value(reply), why) != NULL);
+    json_decref(reply);
+}
+
+/* What a reload would say is told, and nothing is done and nothing logged. */
+TEST(a_reload_can_be_tried)
+{
+    begin(OLD);
+    reload("[grid]\nclear_for = 9 s\n", 2);
+    char folder[96];
+    snprintf(folder, sizeof folder, "%s/sonard.conf.d", rig.dir);
+    CHECK(mkdir(folder, 0700) == 0);
+    rig_log_begin();
+    json_t *reply = check_reply("sonard.conf.d/web.conf", "[grid]\nclear_for = 7 s\n[map]\nvoxel = 1 m\n");
+    CHECK_STR(json_string_value(json_array_get(json_object_get(reply, "applied"), 0)), "[grid] clear_for = 7 s");
+    CHECK_STR(json_string_value(json_array_get(json_object_get(reply, "needs_restart"), 0)), "[map] voxel = 1 m");
+    json_decref(reply);
+    check_refused("sonard.conf.d/web.conf", "[grid]\nclear_for = 1 parsec\n", "web.conf:2: [grid] clear_for");
+    check_refused("sonard.conf.d/web.conf", "[grid]\nforget = 20 s\nclear_for = 90 s\n", "does not go with");
+    check_refused("elsewhere/web.conf", "[grid]\nclear_for = 7 s\n", "does not read");
+    check_refused("sonard.conf.d/web", "[grid]\nclear_for = 7 s\n", "does not read");
+    reply = rig_ask("reload_check", "\"file\":\"%s/web.conf\"", folder);
+    CHECK_INT(json_array_size(json_object_get(reply, "applied")), 0);
+    json_decref(reply);
+    CHECK_INT(rig_log_count("reload"), 0);
+    rig_log_end();
+    CHECK_NEAR(told("grid_list", "grids", "clear_for_s"), 9, 0, 0);
+    rmdir(folder);
+    end();
+}
+
 int main(void)
 {
+    RUN(a_reload_can_be_tried);
     RUN(max_speed_and_max_turn_bound_the_vehicle_at_once);
     RUN(max_speed_and_station_keeping_are_the_drift);
     RUN(heading_drift_counts_at_once);

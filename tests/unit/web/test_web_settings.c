@@ -59,13 +59,15 @@ static void begin(struct web_settings *s)
     CHECK(web_settings_open(s, path, token_path, &fault));
 }
 
+/* Put in and saved, as when the daemon takes it. */
 static bool change(struct web_settings *s, const char *text)
 {
     struct web_setting setting;
     struct fault fault = {""};
 
     journal[0] = '\0';
-    return web_settings_parse(text, &setting, &fault) && web_settings_change(s, &setting, &fault);
+    return web_settings_parse(text, &setting, &fault) && web_settings_change(s, &setting, &fault) &&
+           web_settings_save(s, &fault);
 }
 
 TEST(lines)
@@ -179,7 +181,36 @@ TEST(a_full_file_and_a_missing_folder_change_nothing)
     begin(&s);
     s.path = "/nonexistent/x.conf";
     CHECK(!change(&s, "[grid] a = 1"));
+    web_settings_forget(&s);
     CHECK_INT(s.n, 0);
+}
+
+/* The daemon is asked about the text first: until it is saved the file is as it was. */
+TEST(a_change_is_not_in_the_file_before_it_is_saved)
+{
+    static struct web_settings s;
+    struct web_setting setting;
+    struct fault fault;
+    char before[4096], *text, *file;
+
+    begin(&s);
+    CHECK(change(&s, "[grid] clear_for = 20 s"));
+    snprintf(before, sizeof before, "%s", content());
+    CHECK(web_settings_parse("[grid] clear_for = 1 parsec", &setting, &fault) &&
+          web_settings_change(&s, &setting, &fault));
+    text = web_settings_text(&s);
+    CHECK(text && strstr(text, "[grid]\nclear_for = 1 parsec\n") != NULL);
+    free(text);
+    CHECK_STR(content(), before);
+    web_settings_forget(&s);
+    text = web_settings_text(&s);
+    CHECK_STR(text, before);
+    free(text);
+    file = web_settings_file(&s, &fault);
+    CHECK_STR(file, path);
+    free(file);
+    s.path = "/nonexistent/x.conf";
+    CHECK(!web_settings_file(&s, &fault) && strstr(fault.text, "/nonexistent"));
 }
 
 TEST(the_disk_has_confirmed_a_file_before_it_takes_the_name)
@@ -207,6 +238,7 @@ int main(void)
     RUN(a_key_stands_once_and_its_section_too);
     RUN(files_of_others_are_left_alone);
     RUN(a_full_file_and_a_missing_folder_change_nothing);
+    RUN(a_change_is_not_in_the_file_before_it_is_saved);
     RUN(the_disk_has_confirmed_a_file_before_it_takes_the_name);
     unlink(path);
     unlink(token_path);

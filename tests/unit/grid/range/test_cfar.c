@@ -8,6 +8,7 @@
 
 #include "grid/range/amplitude.h"
 #include "grid/range/cfar.h"
+#include "grid/range/u128.h"
 
 #define MAX_CELLS 2048
 
@@ -124,10 +125,12 @@ static struct cfar_reference brute_reference(const struct cfar *c, const uint64_
     if (cells == 0)
         return (struct cfar_reference){.one_sided = c->detector != CFAR_OS};
 
-    unsigned __int128 sum[2] = {0, 0}, s;
+    uint64_t sum[2] = {0, 0}, s;
     for (int side = 0; side < 2; side++)
         for (int64_t k = 0; k < count[side]; k++)
             sum[side] += cell[side][k];
+    const struct u128 lead = u128_product(sum[0], (uint64_t)count[1]),
+                      lag = u128_product(sum[1], (uint64_t)count[0]);
     if (c->detector == CFAR_OS) {
         memmove(cell[0] + count[0], cell[1], (size_t)count[1] * sizeof cell[0][0]);
         qsort(cell[0], (size_t)cells, sizeof cell[0][0], by_size);
@@ -138,15 +141,13 @@ static struct cfar_reference brute_reference(const struct cfar *c, const uint64_
     } else if (c->detector == CFAR_CA || one) {
         s = sum[0] + sum[1];
     } else {
-        const bool lead_smaller = sum[0] * (uint64_t)count[1] <= sum[1] * (uint64_t)count[0];
-        const bool lead_greater = sum[0] * (uint64_t)count[1] >= sum[1] * (uint64_t)count[0];
-        const int side = c->detector == CFAR_SOCA ? !lead_smaller : !lead_greater;
+        const int side = c->detector == CFAR_SOCA ? u128_less(lag, lead) : u128_less(lead, lag);
         s = sum[side];
         cells = count[side];
     }
-    if (s < (unsigned __int128)c->reference_min * (uint64_t)cells)
-        s = (unsigned __int128)c->reference_min * (uint64_t)cells;
-    return (struct cfar_reference){(uint64_t)s, (uint32_t)cells, one};
+    if (s < c->reference_min * (uint64_t)cells)
+        s = c->reference_min * (uint64_t)cells;
+    return (struct cfar_reference){s, (uint32_t)cells, one};
 }
 
 /* The mask rule as it is written down. */
@@ -155,8 +156,8 @@ static bool brute_force(const struct cfar *c, const uint64_t *x, const uint8_t *
     const struct cfar_reference ref = brute_reference(c, x, excluded, n, i);
 
     return ref.cells > 0 && x[i] >= c->x_min && !(excluded && excluded[i]) &&
-           (unsigned __int128)x[i] * 65536 * ref.cells >
-               (unsigned __int128)(ref.one_sided ? c->alpha_one_q16 : c->alpha_q16) * ref.sum;
+           u128_less(u128_product(ref.one_sided ? c->alpha_one_q16 : c->alpha_q16, ref.sum),
+                     u128_product(x[i], (uint64_t)ref.cells * 65536));
 }
 
 /* A beam of one of several characters: what breaks one detector leaves another alone. */

@@ -7,6 +7,7 @@
 #include "tests/lib/test.h"
 
 #include "grid/range/otsu.h"
+#include "grid/range/u128.h"
 
 #define CASES 32
 
@@ -96,14 +97,14 @@ static struct sums sums_of(const uint64_t h[256], int from, int to)
 }
 
 /* a[0] / a[1] > b[0] / b[1]? */
-static bool more(const unsigned __int128 a[2], const unsigned __int128 b[2])
+static bool more(const uint64_t a[2], const uint64_t b[2])
 {
-    return a[0] * b[1] > b[0] * a[1];
+    return u128_less(u128_product(b[0], a[1]), u128_product(a[0], b[1]));
 }
 
 static bool try_all(const uint64_t h[256], bool three, uint8_t best_t[2])
 {
-    unsigned __int128 best[2] = {0, 1};
+    uint64_t best[2] = {0, 1};
     bool found = false;
 
     for (int t = 0; t < 255; t++)
@@ -112,10 +113,9 @@ static bool try_all(const uint64_t h[256], bool three, uint8_t best_t[2])
             const struct sums b = three ? sums_of(h, t + 1, u + 1) : (struct sums){1, 0};
             if (h[t] == 0 || h[u] == 0 || a.w == 0 || b.w == 0 || c.w == 0)
                 continue;
-            const unsigned __int128 j[2] = {(unsigned __int128)a.s * a.s * b.w * c.w +
-                                                (unsigned __int128)b.s * b.s * a.w * c.w +
-                                                (unsigned __int128)c.s * c.s * a.w * b.w,
-                                            (unsigned __int128)a.w * b.w * c.w};
+            /* 36 pixels of at most 220: nothing here has more than 50 bits */
+            const uint64_t j[2] = {a.s * a.s * b.w * c.w + b.s * b.s * a.w * c.w + c.s * c.s * a.w * b.w,
+                                   a.w * b.w * c.w};
             if (!found || more(j, best)) {
                 memcpy(best, j, sizeof best);
                 best_t[0] = (uint8_t)t;

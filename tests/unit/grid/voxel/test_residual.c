@@ -151,7 +151,7 @@ TEST(the_table_grows_with_the_map)
     CHECK_INT(residual_cells(0), 1u << 12);
     CHECK_INT(residual_cells((size_t)64 << 20), 1u << 20);
     CHECK_INT(residual_cells((size_t)63 << 20), 1u << 19);
-    CHECK_INT(residual_cells((size_t)1 << 40), 1u << 22);
+    CHECK_INT(residual_cells(SIZE_MAX), 1u << 22);
 }
 
 int main(void)
