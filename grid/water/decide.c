@@ -290,8 +290,8 @@ static struct water_piece judge(const struct deciding *k, const struct thick *s)
     return piece;
 }
 
-/* May a part of a stretch that is mixed be told otherwise than the whole? Not where what all of them touch is in the way
- * of each: then only smaller tiles may. */
+/* May a part of a stretch that is mixed be told otherwise than the whole? Not where what all of them touch is in the
+ * way of each: then only smaller tiles may. */
 static bool is_divided(const struct deciding *k, const struct thick *s, const struct water_piece *whole)
 {
     const struct touched all = touched_by_all(k, s);
