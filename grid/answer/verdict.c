@@ -613,7 +613,8 @@ static bool is_clear_by_sphere(const struct verdict *v, const struct verdict_par
            v->sphere[v->next].state == ANSWER_CLEAR && barred_m(part) >= distance_of(v);
 }
 
-/* It may have found more of the water before an obstacle. */
+/* It may have found more of the water of a sector that is not clear. Of one direction the reason goes with the records'
+ * water. */
 static void take_water_of_sphere(const struct verdict *v, const struct verdict_part *part, struct answer *a)
 {
     const struct answer *by = &v->sphere[v->next];
@@ -633,7 +634,8 @@ static void finish(struct verdict *v, struct verdict_part *part, enum answer_rea
     if (!by_sphere)
         doubt(part, water);
     give_water(part, a);
-    take_water_of_sphere(v, part, a);
+    if (by_sphere || v->query.around)
+        take_water_of_sphere(v, part, a);
     if (a->state == ANSWER_BLOCKED)
         return;
     a->age_s = part->oldest_ns ? sight_seconds(v->by.now->now_ns, part->oldest_ns) : -1;
