@@ -67,11 +67,10 @@ def shape(sectors):
 
 
 def same(live, replay):
-    """Equal, but for the last digit: a capture's times are whole nanoseconds of another clock. Free water ends at
-    multiples of 1/64 m, so that it may end one of these steps sooner or later."""
-    def equal(a, b, apart_m):
-        return a == b or (None not in (a, b) and not isinstance(a, str) and abs(a - b) <= apart_m)
-    differing = [(a, b) for a, b in zip(shape(live), shape(replay)) if not all(map(equal, a, b, (0.001, 0.001, 0.001, 1 / 64 + 0.001)))]
+    """Equal, but for the last digit: a capture's times are whole nanoseconds of another clock."""
+    def equal(a, b):
+        return a == b or (None not in (a, b) and not isinstance(a, str) and abs(a - b) <= 0.001)
+    differing = [(a, b) for a, b in zip(shape(live), shape(replay)) if not all(map(equal, a, b))]
     check(not differing, "live and replay differ: %s" % differing[:5])
 
 
