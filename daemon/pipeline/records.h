@@ -12,9 +12,9 @@
  * to open is never older than the number it has seen. tests/model/records.pml is the model.
  *
  * The loop tells it with every ping, so at most the pings that may wait are entered meanwhile; what is RECORDS_HELD
- * lists old it takes away from the question, which begins again when it goes on. For that many records there are slots (records_spare). Where a ping finds
- * none all the same, it is left out and counted, and water that was seen before it is free no more: nobody knows what
- * it would have ended.
+ * lists old it takes away from the question, which begins again when it goes on. For that many records there are slots
+ * (records_spare). Where a ping finds none all the same, it is left out and counted, and water that was seen before it
+ * is free no more: nobody knows what it would have ended.
  */
 #ifndef SONARD_RECORDS_H
 #define SONARD_RECORDS_H

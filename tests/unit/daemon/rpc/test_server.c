@@ -689,8 +689,8 @@ TEST(a_slow_reader_gets_the_newest_state)
 
 #define LARGE(bytes, id)                                                                                          \
     "{\"jsonrpc\":\"2.0\",\"method\":\"large\",\"params\":{\"bytes\":" #bytes "},\"id\":" #id "}"
-/* The client has a part of the kernel's room left, so that it is asked for the next line, and then none. After one reply
- * the room is enough for the next, but no longer enough for the kernel to say so. */
+/* The client has a part of the kernel's room left, so that it is asked for the next line, and then none. After one
+ * reply the room is enough for the next, but no longer enough for the kernel to say so. */
 static void fill(const struct peer *peer, int replies)
 {
     for (int i = 0; i < replies; i++)
