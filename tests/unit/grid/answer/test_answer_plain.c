@@ -441,7 +441,6 @@ static bool same(const struct answers *a, const struct answers *b)
 {
     const size_t end = offsetof(struct answers, corridor.reason) + sizeof a->corridor.reason;
     const size_t next = offsetof(struct answers, corridor.known_at);
-
     return memcmp(a, b, end) == 0 && memcmp((const char *)a + next, (const char *)b + next, sizeof *a - next) == 0;
 }
 
