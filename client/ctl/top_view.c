@@ -9,7 +9,7 @@
 #include "top_ring.h"
 
 #define RING_TOP     2
-#define PANEL_MIN    30 /* columns beside the ring */
+#define PANEL_MIN    34 /* columns beside the ring: its longest line, that of a sonar or of the sectors */
 #define POSE_OLD_S   1.0
 #define WARNINGS_MAX 5
 

@@ -193,6 +193,30 @@ TEST(a_pose_is_whole_at_80_columns)
     json_decref(status);
 }
 
+/* Whatever the height leaves to the ring, its longest lines fit beside it. */
+TEST(sectors_and_sonar_are_whole_beside_a_ring)
+{
+    struct top_rates rates = {.known = true, .sensor = {{.pings_ps = 19.96}}};
+    json_t *sectors = json_pack("{s:[]}", "sectors");
+    for (int i = 0; i < 72; i++)
+        json_array_append_new(json_object_get(sectors, "sectors"), json_pack("{s:s}", "state",
+                                                                             i < 20   ? "blocked"
+                                                                             : i < 46 ? "clear"
+                                                                                      : "unknown"));
+    json_t *status = json_loads("{\"data\":\"ok\",\"sensors\":[{\"name\":\"front\",\"state\":\"running\","
+                                "\"device\":\"ping360\",\"range_m\":50,\"last_ping_age_s\":0.04}]}",
+                                0, NULL);
+    struct top_frame frame = {.status = status, .sectors = sectors, .rates = &rates};
+    for (int columns = 80; columns < 160; columns++) {
+        canvas_clear(&canvas, columns, 50);
+        top_view_draw(&canvas, &frame);
+        CHECK(shows("sectors  20 blocked  26 c  26 ?"));
+        CHECK(shows("50 m  20 pings/s  last 0.0 s"));
+    }
+    json_decref(status);
+    json_decref(sectors);
+}
+
 /* Digits are never cut off: there are fewer columns instead, the longest time first. */
 TEST(times_are_whole_at_any_width)
 {
@@ -271,6 +295,7 @@ int main(void)
     RUN(a_frame_says_what_is_wrong);
     RUN(a_blocked_side_says_at_how_many_metres);
     RUN(a_pose_is_whole_at_80_columns);
+    RUN(sectors_and_sonar_are_whole_beside_a_ring);
     RUN(times_are_whole_at_any_width);
     RUN(a_frame_says_what_takes_clear_water_away);
     RUN(any_size_and_any_answer);
