@@ -37,7 +37,7 @@ const struct argument *command_common(const struct command *command)
 /* The options of one command: a program has one. */
 static struct {
     struct argument row[OPTIONS_MAX + 1];
-    char flag[OPTIONS_MAX][32], form[OPTIONS_MAX][64], help[OPTIONS_MAX][160];
+    char flag[OPTIONS_MAX][32], form[OPTIONS_MAX][128], help[OPTIONS_MAX][160];
     int n;
 } options;
 

@@ -38,6 +38,8 @@ def helps(bench):
         told = bench.run(SONARCTL, word, "--help")
         check(told.returncode == 0 and told.stdout.startswith("usage: sonarctl") and "(null)" not in told.stdout, told.stdout)
         check(bench.run(SONARCTL, "help", word).stdout == told.stdout, "help " + word)
+        for choices in (p["enum"] for p in SCHEMAS.document["$defs"].get(word + ".params", {"properties": {}})["properties"].values() if "enum" in p):
+            check("|".join(choices[:2]) not in told.stdout or "|".join(choices) + " " in told.stdout, "words are cut off: " + told.stdout)
         check(word == "capture" or ("--json" in told.stdout) == (word not in ("top", "plot")), told.stdout)
     for words in (("help",), ("help", "help"), ("help", "--help"), ("-h",)):
         check(bench.run(SONARCTL, *words).stdout == whole, " ".join(words))
