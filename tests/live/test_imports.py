@@ -375,6 +375,8 @@ def poses_of_a_dataflash_log(bench):
     check("nothing tells whether its positions were measured" in done.stderr, done.stderr)
     done = bench.run("python/sonard-poses", "--no-position", log)
     check("position_m" not in done.stdout and "bytes are no message" in done.stderr, done.stderr)
+    done = bench.run("sh", "-c", 'python/sonard-poses "$1" > /dev/full', "sh", log)
+    check(done.returncode == 1 and "standard output: No space left" in done.stderr and "Traceback" not in done.stderr, done.stderr)
     for text, wanted in ((b"hello, world", "neither a MAVLink"), (data[:89], "no pose in it")):
         done = bench.run("python/sonard-poses", bench.write("bad.bin", text))
         check(done.returncode == 1 and wanted in done.stderr, done.stderr)
