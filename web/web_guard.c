@@ -63,7 +63,6 @@ bool web_guard_host(const struct web_guard *guard, const char *host)
 bool web_guard_origin(const struct web_guard *guard, const char *origin, const char *host)
 {
     static const char *const schemes[] = {"http://", "https://"};
-
     if (!origin || listed(guard->origins, origin))
         return true;
     for (size_t i = 0; i < sizeof schemes / sizeof *schemes; i++) {

@@ -32,7 +32,6 @@ static void print_labels(FILE *out, const json_t *labels, const char *le)
 {
     const char *key, *before = "{";
     json_t *value;
-
     json_object_foreach((json_t *)labels, key, value)
     {
         fprintf(out, "%s%s=\"", before, key);

@@ -177,6 +177,12 @@ def why(bench):
         told = re.findall(r"(\d+\.\d+) m \((\d+) % sure", text)
         known = [t for t in told if any(abs(float(t[0]) - m) < 0.2 and abs(int(t[1]) - 100 * sure) < 15 for m, sure in near)]
         check(len(told) > 0 and len(known) >= 0.5 * len(told), "%s, but the image has %s" % (told, near))
+    words = lambda call: browser.eval("import('./words.js').then((words) => words.%s)" % call)
+    check([words("freeMetres(%s)" % m) for m in ("19.97", "3.7", "9.999", "0.29", "null")] == ["19.9 m", "3.70 m", "9.99 m", "0.29 m", "–"], "free water is rounded up")
+    for target, bottom, said in (("wall", 15, "walls, and of bottoms down to 15 dB below a wall; softer mud may be there"), ("7 dB below a wall", "null",
+                                 "what echoes 7 dB below a wall; soft bottoms may be there"), ("pile, or what the sonar reports", "null",
+                                 "piles, or what the sonar reports; soft bottoms may be there")):
+        check(words("target({target: '%s', bottom_db: %s})" % (target, bottom)) == said, said)
     as_of = lambda: browser.text("#why .asof")
     first = as_of()
     until(lambda: as_of() > first, "an explanation that is asked for again")
@@ -216,7 +222,8 @@ def recovers(bench):
     daemon.expected = -9
     daemon.wait()
     unknown_at_once(browser, "daemon lost")
-    check("does not answer" in browser.text("#curtain"), browser.text("#curtain"))
+    told = browser.text("#curtain")
+    check(told.lower().count("daemon") == 1 and "Nothing is known" in told, "it says one thing twice: " + told)
     bench.sonard()
     until(lambda: browser.text("#link") == "live" and browser.eval("sonardPage.rows.size") > 0, "the daemon's return")
     web.process.kill()
@@ -288,8 +295,7 @@ def for_pilot(bench):
         shown = speed()
         return shown == "%.2f" % said["speed_mps"] and said["reason"][1:].split(",")[0][:12] in browser.text("#limit-why")
     until(agrees, "the speed that the socket allows: " + browser.text("#limit"))
-    near = client.call("nearest")
-    until(lambda: "%.1f" % near["range_m"] in browser.text("#facts"), "the nearest obstacle: " + browser.text("#facts"))
+    until(lambda: "%.1f" % client.call("nearest")["range_m"] in browser.text("#facts"), "the nearest obstacle: " + browser.text("#facts"))
     check("no velocity is known" in browser.text("#facts"), browser.text("#facts"))
     for _ in range(60):
         client.call("pose", attitude_deg=[0, 0, 90], velocity_mps=[0, 0.5, 0])
@@ -641,6 +647,7 @@ def looks(bench):
         time.sleep(0.1)
     said = "".join(client.call("map_slice", size_m=40, cells=160)["rows"])
     got = "".join(browser.eval("sonardPage.state.slice ? sonardPage.state.slice.rows : []"))
+    check(browser.eval("getComputedStyle(document.querySelector('.key.clear')).backgroundImage") == "none", "the key is that of the ring, not of the map")
     check(len(got) == len(said) and sum(a != b for a, b in zip(got, said)) < 200 and "#" in got, "another map")
     if SHOTS:
         browser.do("shot", path=os.path.join(SHOTS, "web-map.jpg"))

@@ -137,15 +137,15 @@ function showHead() {
   $("clock").textContent = s ? new Date(s.t_unix * 1000).toISOString().slice(0, 19).replace("T", " ") + " UTC" : "";
   const curtain = $("curtain");
   curtain.hidden = good;
-  curtain.textContent = view.back !== null ? "Nothing was received at that time." : !state.connected ? "No connection to sonard-web. Nothing is known. It is tried again by itself."
-    : state.link && state.link.fault ? `The daemon does not answer: ${state.link.fault}. Nothing is known. It is tried again every second.`
+  curtain.textContent = view.back !== null ? "Nothing was received at that time." : !state.connected ? "No connection to sonard-web. Nothing is known. The page tries again by itself."
+    : state.link && state.link.fault ? `${words.sentence(state.link.fault)} Nothing is known. sonard-web tries again every second.`
       : "Waiting for the daemon's first answers.";
 }
 
 // The key to the picture says what clear water is clear of.
 function showTarget() {
   const text = words.target(fresh() ? shown() : null);
-  $("clear-of").lastChild.textContent = text ? `clear of: ${text}` : "clear";
+  $("clear-of").lastChild.textContent = text ? `clear of ${text}` : "clear";
 }
 
 // Above the picture: where it points, how old that is, and how far the ring is judged.
@@ -160,7 +160,8 @@ function showCaption() {
 function showBack() {
   const first = past.frames[0], row = past.rows[0];
   const span = first ? Math.floor(daemonNow() - Math.max(first.t, row ? row.t : 0)) : 0;
-  $("back").min = -Math.min(span, PAST_S);
+  $("back").disabled = span === 0;
+  $("back").min = -Math.min(Math.max(span, 1), PAST_S);
   $("back-said").textContent = view.back === null ? "now" : new Date(view.back * 1000).toISOString().slice(11, 19);
   if (view.back === null) $("back").value = 0;
 }
@@ -314,6 +315,7 @@ function setTab(tab) {
     $("tab-" + t).tabIndex = t === tab ? 0 : -1;
   }
   $("stage").setAttribute("aria-labelledby", "tab-" + tab);
+  document.documentElement.dataset.tab = tab;
   for (const e of document.querySelectorAll("[data-for]")) e.hidden = !e.dataset.for.split(" ").includes(tab);
   state.slice = null;
   watch();

@@ -48,7 +48,7 @@ export function showTiles() {
     const s = good ? words.summary(shown().sectors, azimuth, 15) : { state: "unknown", free_to_m: 0, age_s: null };
     const e = make("div", undefined, "tile " + s.state);
     const what = s.state === "blocked" ? `■ Blocked ${words.metres(s.range_m).replace(" ", "\u00a0")}` : s.state === "clear" ? "✓ Clear" : "? Unknown";
-    const more = !good ? "no answer" : s.state === "blocked" ? `echo ${words.seconds(s.age_s)} ago` : `free to ${words.metres(s.free_to_m)}`;
+    const more = !good ? "no answer" : s.state === "blocked" ? `echo ${words.seconds(s.age_s)} ago` : `free to ${words.freeMetres(s.free_to_m)}`;
     e.append(make("small", `${name} ±15°`), make("b", what), make("small", more));
     e.dataset.azimuth = azimuth;
     return e;

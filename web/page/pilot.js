@@ -36,7 +36,7 @@ function showFacts() {
   const near = said("nearest"), n = near && near.result, hit = said("time_to_collision"), t = hit && hit.result;
   fill($("facts"), pairs([
     ["nearest obstacle", !n ? "not known" : n.state === "blocked" ? `${words.metres(n.range_m)} at ${words.direction(n.azimuth_deg)}` : n.state === "clear" ? "none" : "none is known"],
-    ["of the water nearer", !n ? "–" : `${Math.round(100 * n.unknown_share)} % unknown`],
+    ["water nearer than that", !n ? "–" : `${Math.round(100 * n.unknown_share)} % unknown`],
     ["time to collision", !t ? (hit && hit.error ? "no velocity is known" : "not known") : t.state === "blocked" ? words.seconds(t.time_s) : t.state === "clear" ? `none within ${words.seconds(t.ahead_s)}` : `unknown after ${words.seconds(t.unknown_after_s)}`],
   ]), make("p", remedy ? `To go faster: ${remedy}.` : "", "muted"));
 }

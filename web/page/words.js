@@ -2,6 +2,8 @@
 // Answers of the daemon in words: pure functions, without the page.
 
 export const metres = (v) => (v === null || v === undefined || !isFinite(v) ? "–" : v < 9.995 ? v.toFixed(2) + " m" : v.toFixed(1) + " m");
+// Of what is free: cut off and not rounded, never farther than it is.
+export const freeMetres = (v) => metres(v === null || v === undefined ? v : v < 10 ? Math.floor(v * 100 + 1e-6) / 100 : Math.floor(v * 10 + 1e-6) / 10);
 export const seconds = (v) =>
   v === null || v === undefined ? "never" : v < 9.95 ? v.toFixed(1) + " s" : v < 120 ? Math.round(v) + " s" : v < 7200 ? Math.round(v / 60) + " min" : Math.round(v / 3600) + " h";
 // "1:05.3": minutes, and seconds with a tenth.
@@ -57,7 +59,7 @@ export function summary(sectors, azimuth, half) {
 }
 
 // What summary says, in words; null: nothing is known.
-export const inWords = (s) => !s ? "no answer" : s.state === "blocked" ? `blocked at ${metres(s.range_m)}` : s.state === "clear" ? "clear" : `unknown, free to ${metres(s.free_to_m)}`;
+export const inWords = (s) => !s ? "no answer" : s.state === "blocked" ? `blocked at ${metres(s.range_m)}` : s.state === "clear" ? "clear" : `unknown, free to ${freeMetres(s.free_to_m)}`;
 
 // Metres to the obstacle, or that are free; "?" where it is unknown, after what is free before. Cut off and not rounded:
 // never farther than it is.
@@ -72,11 +74,11 @@ export const aroundInNumbers = (sectors, near) => Array.from({ length: 24 }, (_,
   return { azimuth: 15 * k, state: s.state, text: howFar(s, near) };
 });
 
-// What clear water is clear of, as an answer says it: mud is no wall.
+// What clear water is clear of, as an answer says it ("wall", "7 dB below a wall", "what the sonar reports"): mud is no wall.
 export function target(a) {
   if (!a || !a.target) return "";
-  const bottoms = a.bottom_db === null ? "soft bottoms may be there" : `bottoms down to ${a.bottom_db} dB below a wall; softer mud may be there`;
-  return `${a.target}, and ${bottoms}`;
+  const obstacles = a.target.replace(/^(\w+)(?=,|$)/, "$1s").replace(/^\d/, "what echoes $&");
+  return obstacles + (a.bottom_db === null ? "; soft bottoms may be there" : `, and of bottoms down to ${a.bottom_db} dB below a wall; softer mud may be there`);
 }
 
 // An answer of the method explain as {verdict, state, text, points}.
@@ -88,8 +90,8 @@ export function explain(e, azimuth, distance) {
     a.state === "blocked"
       ? `An obstacle stands at ${metres(a.range_m)} ± ${metres(a.range_sd_m)}, ${Math.round(a.confidence * 100)} % sure. Its last echo came ${seconds(a.age_s)} ago.`
       : a.state === "clear"
-        ? `Beams passed without an echo, the oldest ${seconds(a.age_s)} ago. Nearer than ${metres(a.blind_to_m)} nothing is known.${target(a) && ` Clear of: ${target(a)}.`}`
-        : `Because: ${a.reason}. Known to be free up to ${metres(a.free_to_m)}. ${remedy(a.reason)}`;
+        ? `Beams passed without an echo, the oldest ${seconds(a.age_s)} ago. Nearer than ${metres(a.blind_to_m)} nothing is known.${target(a) && ` Clear of ${target(a)}.`}`
+        : `Because: ${a.reason}. Known to be free up to ${freeMetres(a.free_to_m)}. ${remedy(a.reason)}`;
   const nearest = e.cells.nearest[0];
   if (nearest)
     points.push(
@@ -101,14 +103,14 @@ export function explain(e, azimuth, distance) {
   const p = e.pings, all = p.echo + p.free + p.nothing + p.own;
   points.push(
     all > 0
-      ? `Of the last ${all} beams that touched it (${seconds(p.back_to_s)} back), ${p.echo} had an echo there, ${p.free} found free space and ${p.nothing} nothing usable${p.own > 0 ? `; ${p.own} had an echo of the vehicle itself` : ""}.`
+      ? `Of the last ${all} beams that touched it (the oldest ${seconds(p.back_to_s)} ago), ${p.echo} had an echo there, ${p.free} found free space, and ${p.nothing} showed nothing usable${p.own > 0 ? `; ${p.own} had an echo of the vehicle itself` : ""}.`
       : "No remembered beam touched it.",
   );
   const last = p.newest[0];
   if (last)
     points.push(
       `The newest of ${last.sensor}, ${seconds(last.age_s)} ago at ${Math.round(last.azimuth_deg)}°: ` +
-        (last.says === "echo" ? `echo at ${metres(last.range_m)}, ${Math.round(last.confidence * 100)} % sure` : last.says === "free" ? `free space from ${metres(last.blind_to_m)} to ${metres(last.free_to_m)}` : last.says === "own" ? `an echo of the vehicle itself at ${metres(last.range_m)}` : "nothing usable") +
+        (last.says === "echo" ? `echo at ${metres(last.range_m)}, ${Math.round(last.confidence * 100)} % sure` : last.says === "free" ? `free space from ${metres(last.blind_to_m)} to ${freeMetres(last.free_to_m)}` : last.says === "own" ? `an echo of the vehicle itself at ${metres(last.range_m)}` : "nothing usable") +
         ".",
     );
   return { where, verdict, state: a.state, text, points };
@@ -135,8 +137,8 @@ export function warnings(status, rates) {
   const list = [], add = (what, todo, grave) => list.push({ what, remedy: todo, grave: !!grave });
   if (status.leak && status.leak.state === "wet") add("Leak: the probe is wet", "Bring the vehicle up now.", true);
   for (const s of status.sensors) {
-    if (s.state === "no port") add(`${s.name}: no port. ${s.port_error || ""}`, "Is the adapter plugged in, and user sonard in group dialout? It is tried again every second.", true);
-    else if (s.state === "silent") add(`${s.name} sends no pings`, "Check its power, its cable and the baud rate. It is tried again by itself.", true);
+    if (s.state === "no port") add(`${s.name}: no port. ${s.port_error || ""}`, "Is the adapter plugged in, and user sonard in group dialout? sonard tries again every second.", true);
+    else if (s.state === "silent") add(`${s.name} sends no pings`, "Check its power, its cable and the baud rate. sonard tries again by itself.", true);
     else if (s.state !== "running") add(`${s.name}: ${s.state}`, "Wait some seconds. If it stays so: power, cable, baud rate.");
     if (s.hearing_doubt) add(`${s.name}: ${s.hearing_doubt}`, "Nothing that it reports as free is believed. Check the transducer, its cable and whether the head is in the water.");
     if (s.amplitude_doubt) add(`${s.name}: ${s.amplitude_doubt}`, "See the sonar's page in docs/devices: the amplitude law decides what counts as an echo.");
