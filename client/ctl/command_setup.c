@@ -488,7 +488,7 @@ int command_setup(struct context *context)
         return EXIT_OUTPUT;
     if (!s.asks && !json_object_get(options, "yes"))
         fprintf(stderr,
-                "standard input is no terminal: nothing is asked; what options do not say keeps its default\n");
+                "standard input is not a terminal, so nothing is asked: everything not given keeps its default\n");
     if (!take_device(&s))
         return EXIT_UNKNOWN;
     ask_all(&s);

@@ -124,9 +124,9 @@ def warns(bench):
                           (("--mount", "0.1,0,0.2", "--size", "0.5,0.4,0.3"), True), (("--mount", "0.3,0,0.1"), False), (("--mount", "1.2,0,0"), True)):
         done = setup(bench, "--device", "micron", "--port", "/dev/null", *more, *out)
         check(done.returncode == 0 and ("outside of the vehicle" in done.stderr) == outside, "%s: %s" % (more, done.stderr))
-        check("no terminal" not in done.stderr, done.stderr)
+        check("not a terminal" not in done.stderr, done.stderr)
     done = bench.run(SONARCTL, "setup", "--device", "micron", "--port", "/dev/null", *out)
-    check(done.returncode == 0 and "standard input is no terminal" in done.stderr, done.stderr)
+    check(done.returncode == 0 and "standard input is not a terminal" in done.stderr, done.stderr)
 
 
 def ports(bench):
