@@ -135,7 +135,6 @@ static void usual_levels(uint64_t n, struct stable_found *f)
     static uint64_t last[PINGS], sorted[PINGS], got;
     struct dice dice = dice_of(3, 31);
     float sum = 0;
-
     usual_init(&u, PINGS, 4);
     f->ours = 0;
     for (uint64_t i = 0; i < n; i++) {
@@ -247,7 +246,6 @@ static void latencies(uint64_t n, struct stable_found *f)
     static struct latency of_all, of_one;
     float counted = 0;
     uint64_t sum_ns = 0;
-
     for (uint64_t i = 0; i < n; i++) {
         const uint64_t ns = 1 + i % TURN * 1000;
         latency_add(&of_all, ns);

@@ -82,7 +82,6 @@ REPLICA(in_double, double, double, exp)
 static void in_truth(unsigned n)
 {
     long double l = 0;
-
     for (unsigned i = 0; i < n; i++) {
         l *= expl(-(long double)events[i].dt_s / fade_s);
         if (events[i].hit || l > 0)
@@ -205,7 +204,6 @@ static bool by_product(const struct aimed *at, const int64_t cell[3])
 static bool by_truth(const struct aimed *at, const int64_t cell[3])
 {
     long double p[3];
-
     for (int a = 0; a < 3; a++)
         p[a] = (long double)(cell[a] - at->beam.apex.cell[a]) + 0.5L - (long double)at->beam.apex.offset[a];
     IN_WEDGE(long double, sqrtl, p, &at->beam, (long double)at->beam.far)

@@ -202,7 +202,6 @@ static void tank_wall(const char *name, const char *aim, const struct wall *wall
 {
     enum { PAUSE = 50, BEAMS = 48 };
     int of[BEAMS], n = 0, last = 0, beams = 0, found = 0, past = 0;
-
     for (int i = 0; i <= n_looks; i++) {
         const bool there = i < n_looks && fabs(turned(looks[i].bearing_deg, wall->normal_deg)) <= half_width_deg;
         if (n > 0 && (i == n_looks || (there && i - last > PAUSE))) {

@@ -32,7 +32,6 @@ static void put_name(FILE *out, const char *name, const char *ending, json_t *la
 {
     const char *key, *separator = "{";
     json_t *value;
-
     fprintf(out, "%s%s", name, ending);
     json_object_foreach(labels, key, value)
     {

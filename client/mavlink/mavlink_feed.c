@@ -181,7 +181,6 @@ static void take_below(struct mavlink_feed *feed, const json_t *result, uint64_t
         const json_t *age = json_object_get(row, "age_s"), *echo = json_object_get(row, "echo_m");
         const uint64_t t_ns = json_is_number(age) ? before(said_ns, fmax(0, json_number_value(age))) : 0;
         const bool heard = json_is_number(echo);
-
         if (t_ns < feed->below.t_ns + NEW_PING_NS || !state || (!heard && strcmp(state, "silent") != 0))
             continue;
         feed->below = (struct mavlink_depth_below){

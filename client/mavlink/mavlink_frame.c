@@ -128,7 +128,6 @@ bool mavlink_parser_next(struct mavlink_parser *parser, const uint8_t **bytes, s
             break;
         case MORE: {
             const size_t want = size - parser->n_held, k = want < *n ? want : *n;
-
             if (k == 0)
                 return false;
             memcpy(parser->held + parser->n_held, *bytes, k);

@@ -177,7 +177,6 @@ static json_t *to_cloud(const json_t *message)
     json_array_foreach(member(message, "fields"), i, field)
     {
         const char *name = json_string_value(member(field, "name"));
-
         add_field(fields, name, json_integer_value(member(field, "offset")), datatype(member(field, "type")));
         flat = flat && strcmp(name, "z") != 0;
     }

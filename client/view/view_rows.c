@@ -95,7 +95,6 @@ static int oldest_first(const void *a, const void *b)
 {
     const json_t *const *x = a, *const *y = b;
     const double older = number(*x, "age_s"), newer = number(*y, "age_s");
-
     return (older < newer) - (older > newer);
 }
 
@@ -170,7 +169,6 @@ static uint8_t *put_row(uint8_t *at, const struct view_row *row)
 static int by_change(const void *a, const void *b)
 {
     const struct view_row *const *x = a, *const *y = b;
-
     return (*x)->changed < (*y)->changed ? -1 : 1;
 }
 

@@ -486,7 +486,6 @@ INLINE bool bounds_quick_body(const struct bounds *restrict s, const struct boun
     const int n = columns->n;
     const float t0 = s->offset[2], first = (float)-s->apex[2], last = (float)(s->last - s->apex[2]);
     int32_t any[BOUNDS_BLOCK] = {0}, all = 0;
-
     for (int at = 0; at < n; at += BOUNDS_BLOCK) {
         float u[BOUNDS_BLOCK], v[BOUNDS_BLOCK], lo[BOUNDS_BLOCK], hi[BOUNDS_BLOCK];
         int32_t from[BOUNDS_BLOCK], to[BOUNDS_BLOCK], open[BOUNDS_BLOCK];

@@ -171,7 +171,6 @@ static void receive(struct drawn_sound *s, const struct moment *m, const float *
     uint32_t at = (uint32_t)dice_bits(&s->dice);
     double complex field[DRAWN_MAX_BINS], sum = 0.0;
     double tremble = 0.0;
-
     for (uint32_t i = 0; i < w->bins; i++, at += stride)
         field[i] = sqrt((double)mean[i]) * normals[at % NORMALS];
     for (unsigned t = 0; t < w->targets; t++)

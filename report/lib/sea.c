@@ -189,7 +189,6 @@ static void speckle(const double *mean, enum sea_head head, struct dice *dice, d
 {
     const uint32_t pulse = (uint32_t)(heads[head].pulse_m / heads[head].bin_m + 0.5);
     double complex field[SEA_MAX_BINS];
-
     for (uint32_t i = 0; i < heads[head].bins; i++)
         field[i] = sqrt(mean[i] / pulse) * dice_normal(dice);
     for (uint32_t i = 0; i < heads[head].bins; i++) {

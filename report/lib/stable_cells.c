@@ -29,7 +29,6 @@ static void free_layers(const struct layers *layers)
 static long double edge_by_hand(const struct layers_conf *c, uint32_t i)
 {
     long double grown = 0, thick = c->dr_m;
-
     for (uint32_t k = c->n_const; k < i; k++)
         grown += thick *= c->growth;
     return c->r_min_m + (long double)c->dr_m * (i < c->n_const ? i : c->n_const) + grown;

@@ -96,7 +96,6 @@ static void scaled_counts(bool quick, struct stable_found *f)
 static void three_by_hand(const uint64_t count[256], long double zero_weight, uint8_t t[2])
 {
     long double w[257] = {0}, s[257] = {0}, most = -1;
-
     for (int v = 0; v < 256; v++) {
         w[v + 1] = w[v] + (long double)count[v];
         s[v + 1] = s[v] + (v ? (long double)v : zero_weight) * (long double)count[v];
@@ -263,7 +262,6 @@ static void long_histograms(bool quick, struct stable_found *f)
     struct turn turn;
     uint64_t pixels;
     float faded[256] = {0};
-
     void *memory = stable_memory(turn_size(200, BINS, 1));
     turn_init(&turn, memory, 200, BINS, 1);
     turn_begin(&turn, 200, BINS, 1, 1);

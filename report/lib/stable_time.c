@@ -42,7 +42,6 @@ static void attitudes(bool quick, struct stable_found *f)
 static void slerp_by_hand(const double a[4], const double b[4], double t, long double out[4])
 {
     long double dot = 0, n2 = 0;
-
     for (int k = 0; k < 4; k++)
         dot += (long double)a[k] * b[k];
     const long double sign = dot < 0 ? -1 : 1;

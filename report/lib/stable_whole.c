@@ -152,7 +152,6 @@ static void stiff_day(bool quick, struct stable_found *f)
     long double fade_s[RATES], want[RATES] = {0};
     double euler[RATES] = {0};
     struct dice dice = dice_of(2, 0);
-
     for (int r = 0; r < RATES; r++) {
         struct sphere_conf conf = stable_sphere_usual;
         fade_s[r] = powl(10, 3 * r - 9);

@@ -17,7 +17,6 @@ static uint8_t *read_whole(const char *path, size_t *size)
     FILE *f = fopen(path, "rb");
     long length;
     uint8_t *data;
-
     if (!f || fseek(f, 0, SEEK_END) != 0 || (length = ftell(f)) < 0)
         return NULL;
     rewind(f);
@@ -46,7 +45,6 @@ int main(int argc, char **argv)
     const char *name = target_of(argv[0]);
     char path[512];
     struct dirent **file;
-
     (void)argc;
     snprintf(path, sizeof path, "tests/fuzz/corpus/%s", name);
     int n = scandir(path, &file, no_dot, alphasort);

@@ -180,7 +180,6 @@ void water_listen(const struct water *water, const struct scene *scene, const st
     double complex field[WATER_MAX_SAMPLES] = {0};
     const double ring_end_m = RING_FULL_M + shot->transmit_s * water->sound_speed_mps / 2.0;
     struct dice dice = dice_of(water, shot);
-
     rays_add(field, water, scene, shot, &dice);
     if (water->noise_counts > 0.0)
         noise_add(field, water, shot, &dice);

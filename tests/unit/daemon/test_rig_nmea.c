@@ -75,7 +75,6 @@ TEST(all_that_waited_is_left_out_however_much_it_is)
 {
     enum { SENTENCES = 500 };
     static char text[19 * SENTENCES + 1];
-
     begin();
     for (int i = 0; i < SENTENCES; i++)
         memcpy(text + 19 * i, "$GPHDT,200.0,T*37\r\n", 19);

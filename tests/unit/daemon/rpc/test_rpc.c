@@ -333,7 +333,6 @@ TEST(notifications_run_and_are_counted)
 TEST(quoted_input_is_made_harmless)
 {
     char line[1024] = "{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"%s%n\\\"\\u001b[31m\xc3\xa9";
-
     for (int i = 0; i < 100; i++)
         strcat(line, "\xc3\xa9");
     strcat(line, "\"}");

@@ -544,7 +544,6 @@ TEST(watches_take_half_of_the_time_and_turns)
     for (char *line = peer.in, *end; (end = memchr(line, '\n', peer.n - (size_t)(line - peer.in)));
          line = end + 1) {
         int watch = 0;
-
         *end = '\0';
         CHECK(sscanf(line, "{\"jsonrpc\":\"2.0\",\"method\":\"watch\",\"params\":{\"watch\":%d,", &watch) == 1);
         told[watch]++;
@@ -1067,7 +1066,6 @@ TEST(who_makes_room_is_found_by_looking_at_each_a_few_times)
 {
     enum { MANY = 24 };
     struct peer many[MANY];
-
     for (int kind = 0; kind < 3; kind++) {
         char name[] = "a";
         set_up(MANY);

@@ -117,7 +117,7 @@ TEST(refused_and_resynchronised)
         memcpy(bytes + 53, alive, 22);
         bytes[row[i].at] = row[i].value;
         seanet_parser_init(&parser);
-        if (feed(bytes, sizeof(bytes), 5, &id) != 1 || id != SEANET_ALIVE || parser.garbage_bytes != 53) {
+        if (feed(bytes, sizeof bytes, 5, &id) != 1 || id != SEANET_ALIVE || parser.garbage_bytes != 53) {
             printf("%s: %u frames, %u garbage\n", row[i].name, (unsigned)parser.frames,
                    (unsigned)parser.garbage_bytes);
             CHECK(false);
@@ -189,7 +189,7 @@ TEST(frame_that_swallowed_the_next)
     uint8_t payload[61] = {0}; /* a whole alive in the echo, and all else right */
     memcpy(payload + 31, alive, 22);
     seanet_put_u16(payload + 29, 30);
-    size_t n = seanet_build(bytes, sizeof(bytes),
+    size_t n = seanet_build(bytes, sizeof bytes,
                             (struct seanet_head){2, 255, SEANET_HEAD_DATA, SEANET_LAST_PACKET}, payload, 61);
     seanet_parser_init(&parser);
     CHECK_INT(feed(bytes, n, n, &id), 1);

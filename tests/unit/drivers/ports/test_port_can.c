@@ -182,13 +182,13 @@ TEST(stream_takes_the_bytes_out_of_frames)
     say(CAN_ERR_FLAG | CAN_ERR_ACK, "xxxxxxxx", 8, CAN_MTU);
     say(0x40000322, "xx", 2, CAN_MTU); /* a remote request has no data */
     say(0x322, "!", 1, CAN_MTU);
-    CHECK(hear(bytes, sizeof(bytes)) == 7 && memcmp(bytes, "hello, ", 7) == 0);
-    CHECK(hear(bytes, sizeof(bytes)) == 3 && memcmp(bytes, "sea", 3) == 0);
-    CHECK(hear(bytes, sizeof(bytes)) == 1 && bytes[0] == '!');
-    CHECK_INT(hear(bytes, sizeof(bytes)), 0);
+    CHECK(hear(bytes, sizeof bytes) == 7 && memcmp(bytes, "hello, ", 7) == 0);
+    CHECK(hear(bytes, sizeof bytes) == 3 && memcmp(bytes, "sea", 3) == 0);
+    CHECK(hear(bytes, sizeof bytes) == 1 && bytes[0] == '!');
+    CHECK_INT(hear(bytes, sizeof bytes), 0);
     say(0x322, "", 0, CAN_MTU); /* is not the end of what waits */
     say(0x322, "12345678", 8, CAN_MTU);
-    CHECK_INT(hear(bytes, sizeof(bytes)), 8);
+    CHECK_INT(hear(bytes, sizeof bytes), 8);
     unplug();
 }
 
@@ -213,7 +213,7 @@ TEST(frames_of_a_stream_count_from_when_they_came)
         nanosleep(&(struct timespec){.tv_nsec = 2000000}, NULL);
     }
     for (int i = 0; i < 3; i++) {
-        CHECK_INT(hear(bytes, sizeof(bytes)), 8);
+        CHECK_INT(hear(bytes, sizeof bytes), 8);
         CHECK(port.t_ns + 100000 >= said_ns[i] && port.t_ns <= said_ns[i + 1] + 100000);
     }
     unplug();
@@ -225,8 +225,8 @@ TEST(stream_gives_what_came_before_the_bus_was_lost)
     plug(&port_canstream);
     say(0x322, "abc", 3, CAN_MTU);
     say(CAN_ERR_FLAG | CAN_ERR_BUSOFF, "", 0, CAN_MTU);
-    CHECK_INT(hear(bytes, sizeof(bytes)), 3);
-    CHECK_INT(hear(bytes, sizeof(bytes)), -1);
+    CHECK_INT(hear(bytes, sizeof bytes), 3);
+    CHECK_INT(hear(bytes, sizeof bytes), -1);
     unplug();
 }
 
@@ -259,13 +259,13 @@ TEST(isotp_message_is_bytes)
     static uint8_t much[5000];
     uint8_t bytes[8192];
     plug(&port_isotp);
-    CHECK_INT(hear(bytes, sizeof(bytes)), 0);
+    CHECK_INT(hear(bytes, sizeof bytes), 0);
     CHECK_INT(send(bus, much, 1224, 0), 1224);
-    CHECK_INT(hear(bytes, sizeof(bytes)), 1224);
+    CHECK_INT(hear(bytes, sizeof bytes), 1224);
     CHECK_INT(port.ops->write(&port, much, sizeof much), 4095);
-    CHECK_INT(recv(bus, bytes, sizeof(bytes), 0), 4095);
+    CHECK_INT(recv(bus, bytes, sizeof bytes, 0), 4095);
     close(bus);
-    CHECK_INT(hear(bytes, sizeof(bytes)), -1);
+    CHECK_INT(hear(bytes, sizeof bytes), -1);
     CHECK_INT(port.bus.state, BUS_DOWN);
     port.ops->close(&port);
 }

@@ -112,7 +112,6 @@ TEST(rayleigh_factors_give_their_rates)
     uint64_t seed = test_seed();
     struct table t = table_open("tests/oracles/cfar_alpha_rayleigh.csv");
     int rows = 0, counted = 0;
-
     for (int b = 0; b < BEAMS; b++)
         for (int i = 0; i < BEAM; i++)
             x[b][i] = (uint64_t)(1e6 * sqrt(-log(clutter_uniform(&seed))));
@@ -152,7 +151,6 @@ TEST(log_offsets_give_their_rates)
     uint64_t seed = test_seed();
     struct table t = table_open("tests/oracles/cfar_offset_log.csv");
     int rows = 0;
-
     for (int i = 0; i < CELLS; i++) {
         y[i] = log(-log(clutter_uniform(&seed)));
         sum[i + 1] = sum[i] + y[i];
@@ -199,7 +197,6 @@ TEST(edges_of_clutter_give_the_rates_of_the_table)
     uint64_t seed = test_seed();
     struct table t = table_open("tests/oracles/cfar_edge.csv");
     int rows = 0, counted = 0;
-
     for (; table_next(&t); rows++) {
         const enum cfar_detector kind = table_detector(&t, 0);
         const uint32_t side = table_count(&t, 1), rank = table_count(&t, 2), high = table_count(&t, 5);
@@ -248,7 +245,6 @@ TEST(a_fluctuating_target_is_found_as_often_as_the_law_says)
     enum { TRIALS = 40000 };
     uint64_t seed = test_seed();
     double beside[4];
-
     for (int d = CFAR_CA; d <= CFAR_OS; d++) {
         double alpha = 0, ln_pd = 0;
         CHECK(cfar_alpha((enum cfar_detector)d, 16, 16, 24, 1e-4, &alpha));

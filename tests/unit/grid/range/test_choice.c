@@ -155,7 +155,6 @@ TEST(noise_frees_nothing)
     enum { PROFILES = 1000 };
     static const char *const chosen[] = {"the loudest", "any", "none"};
     uint64_t seed = test_seed();
-
     for (int how = 0; how < 6; how++) {
         unsigned freed = 0;
         for (int k = 0; k < PROFILES; k++) {

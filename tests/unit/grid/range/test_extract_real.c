@@ -180,7 +180,6 @@ TEST(box_noise_fits_the_square_root_law)
     double sum[5] = {0}, square[5] = {0}, correlation[LAGS] = {0};
     long cells = 0;
     int beams = 0;
-
     while (file && shot_read(file, &shot)) {
         if (shot.bearing_deg < 178.0 || shot.bearing_deg > 192.0)
             continue;
@@ -446,7 +445,6 @@ TEST(seabed_interference)
     const struct head head = {AMPLITUDE_LOG, 80.0 / 255.0, 0.15};
     struct extract_conf conf;
     int n = 0, first = 0, far = 0, far_again = 0, looked[2] = {0}, again[2] = {0}, histogram[11] = {0};
-
     extract_defaults(&conf);
     set_up(&conf);
     marks_init(&marks, 1500.0);

@@ -57,7 +57,6 @@ static void render(const struct water *w, uint64_t *seed, uint8_t *counts)
 {
     enum { PULSE = (int)(PULSE_M / DR_M + 0.5), PAD = PULSE };
     double complex source[BINS + 2 * PAD];
-
     for (int i = 0; i < BINS + 2 * PAD; i++) {
         const double r_m = (i - PAD + 0.5) * DR_M;
         source[i] = gauss(seed) * sqrt((1.0 + scatter(w, fmax(r_m, 0.0))) / PULSE);
@@ -234,7 +233,6 @@ TEST(more_confidence_more_real_echoes)
     int echoes[STEPS] = {0}, real[STEPS] = {0};
     uint64_t seed = test_seed();
     struct extract_conf conf;
-
     extract_defaults(&conf);
     set_up(&conf);
     for (int k = 0; k < 6 * BEAMS; k++) {
