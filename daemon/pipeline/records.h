@@ -3,13 +3,13 @@
  * records - the records of free water (grid/water), written by the maps' owner with every ping and read by questions
  * where they lie, without a copy. What is published is the list of the records that count, by core/snapshot: 1 KiB.
  *
- * The loop alone opens lists, and closes them, so there is one reader, though what it has opened may be read by any
- * thread until it is closed. It tells the owner by one word, which only grows, below which number it has no list and
- * will open none: that of the oldest that is open, or of the newest published when none is. The owner puts a new record
- * into the slot of an old one only when the list that was the first without it has no higher number than that. So what
- * a list names stays as it is while the list is open, and neither side waits. The word is stored with release, when all
- * of the older list has been read, and loaded with acquire: no stronger order is needed, since what the loop is going
- * to open is never older than the number it has seen. tests/model/records.pml is the model.
+ * The loop alone opens lists, reads them and closes them, so there is one reader. It tells the owner by one word, which
+ * only grows, below which number it has no list and will open none: that of the oldest that is open, or of the newest
+ * published when none is. The owner puts a new record into the slot of an old one only when the list that was the first
+ * without it has no higher number than that. So what a list names stays as it is while the list is open, and neither
+ * side waits. The word is stored with release, when all of the older list has been read, and loaded with acquire: no
+ * stronger order is needed, since what the loop is going to open is never older than the number it has seen.
+ * tests/model/records.pml is the model.
  *
  * The loop tells it with every ping, so at most the pings that may wait are entered meanwhile; what is RECORDS_HELD
  * lists old it takes away from the question, which begins again when it goes on. For that many records there are slots
@@ -76,7 +76,8 @@ bool records_keeps(struct records *w, struct records_reading *r);
 /** records_close - nothing of it is read any more. What is not open is left alone. */
 void records_close(struct records *w, struct records_reading *r);
 
-/** records_view - store_look, of a list that is open; any thread. */
+/** records_view - store_look, of a list that is open. The view holds until the loop tells the next time: no other thread
+ * may read it, since what is open may be taken then. */
 static inline int records_view(const struct records *w, const struct records_reading *r,
                                const struct store_now *now, struct water_view *view)
 {

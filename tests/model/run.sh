@@ -1,7 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# Checks the models of the ring, of the snapshot, of the records of free water and of jobs for the owner of the grids over all interleavings, then that each deliberately broken variant
-# is refuted: a check that cannot fail proves nothing. Prints one line per check; ends with 1 when any failed.
+# Checks the models of the ring, of the snapshot, of the records of free water and of jobs for the owner of the grids
+# over all interleavings, then that each deliberately broken variant is refuted: a check that cannot fail proves
+# nothing. Prints one line per check; ends with 1 when any failed.
 # The work files are in BUILD/model; a counterexample is replayed there into NAME.trail.txt.
 set -u
 cd "$(dirname "$0")/../.." || exit 2
@@ -75,4 +76,8 @@ check records broken_close refuted -DBROKEN_CLOSE
 check records broken_had refuted -DBROKEN_HAD
 check records broken_turn refuted -DBROKEN_TURN
 check records broken_place refuted -DBROKEN_PLACE
+check records broken_hold refuted -DBROKEN_HOLD
+check records broken_keeps refuted -DBROKEN_KEEPS
+check records broken_amid refuted -DBROKEN_AMID
+check records broken_before refuted -DBROKEN_BEFORE
 exit $failed

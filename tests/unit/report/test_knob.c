@@ -57,7 +57,7 @@ static void test_what_else_is_set_is_told(void)
 /* What becomes of a program with these rows: its exit status. */
 static int checked(const struct knob *knob, size_t n)
 {
-    int status;
+    int status = 0;
     const pid_t child = fork();
     if (child == 0) {
         fclose(stderr);

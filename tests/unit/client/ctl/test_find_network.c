@@ -91,11 +91,11 @@ TEST(all_that_answer_are_found_once)
     const bool first = strcmp(found[0], want) == 0;
     CHECK_STR(found[first ? 0 : 1], want);
     CHECK_STR(found[first ? 1 : 0], "udp:127.0.0.1:12345:12345"); /* from where it came, not what it says */
-    CHECK_STR(ping360.heard, "Discovery");
-    CHECK(memcmp(surveyor.heard, "BR\x02\0\x06\0", 6) == 0); /* who are you, and nothing else */
     end(&ping360);
     end(&surveyor);
     end(&silent);
+    CHECK_STR(ping360.heard, "Discovery");
+    CHECK(memcmp(surveyor.heard, "BR\x02\0\x06\0", 6) == 0); /* who are you, and nothing else */
 }
 
 TEST(what_is_no_sonar_is_not_found)

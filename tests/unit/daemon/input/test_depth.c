@@ -265,7 +265,8 @@ TEST(a_depth_is_of_the_middle_between_question_and_answer)
     CHECK(strstr(s.error.text, "s after the question"));
     CHECK_INT(taken, 1);
     end();
-    takes_ns = ahead_ns = 0;
+    takes_ns = 0;
+    ahead_ns = 0;
 }
 
 /* As behind a USB adapter whose transfers have stopped. */

@@ -85,7 +85,8 @@ static struct echoes out = {.max_beams = 1, .beam = &found};
 /* A ping of so loud a noise, with something of this power at at_m. Everything is speckle. */
 static void hear(struct extract *e, uint64_t *seed, double noise, double at_m, double power)
 {
-    static uint32_t seq;
+    static uint32_t last;
+    const uint32_t seq = ++last;
     struct ping ping = {.kind = PING_PROFILE,
                         .law = AMPLITUDE_LINEAR,
                         .sample_bytes = 2,
@@ -97,7 +98,7 @@ static void hear(struct extract *e, uint64_t *seed, double noise, double at_m, d
                         .el_aperture_rad = (float)geo_rad(25),
                         .beam = &axis,
                         .samples = samples,
-                        .seq = ++seq,
+                        .seq = seq,
                         .t_ns = SECOND + seq * (SECOND / 10),
                         .pose = pose_identity};
     for (int i = 0; i < BINS; i++) {
