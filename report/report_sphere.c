@@ -4,6 +4,7 @@
  * of [grid] turned one by one from the shipped default.
  *
  *   report_sphere errors [quick]   CSV: KNOB_COLUMNS, scene, seed, errors
+ *   report_sphere pairs            CSV: KNOB_COLUMNS, apart_share, late_turns: two things behind one another
  *   report_sphere cost [quick]     CSV: KNOB_COLUMNS, nanoseconds per beam
  *   report_sphere count [quick]    CSV: KNOB_COLUMNS, beams, for callgrind to count the instructions of sphere_enter
  */
@@ -20,13 +21,14 @@
 #include "report/lib/dice.h"
 #include "report/lib/scans.h"
 
-#define SEEDS       8
-#define REPETITIONS 11
-#define QUESTIONS   400  /* after each turn */
-#define CONE_DEG    2.0  /* half a question's */
-#define EDGE_M      0.15 /* a surface this near to the distance asked about is neither in the way nor out of it */
-#define COST_TURNS  2
-#define NEAR_POST_M 0.25
+#define SEEDS        8
+#define REPETITIONS  11
+#define QUESTIONS    400  /* after each turn */
+#define CONE_DEG     2.0  /* half a question's */
+#define EDGE_M       0.15 /* a surface this near to the distance asked about is neither in the way nor out of it */
+#define COST_TURNS   2
+#define NEAR_POST_M  0.25
+#define PAIR_TURN_NS UINT64_C(10000000000)
 
 static const struct knob settings[] = {
     KNOB_KEY("grid", "angular_step", "0.5 deg"),
@@ -188,6 +190,88 @@ static void errors(unsigned seeds, unsigned turns)
             errors_of(&settings[i], seed, turns);
 }
 
+/* ---- two things behind one another ---- */
+
+#define PAIR_TURNS  5
+#define MOST_TURNS  30
+#define PAIR_BEAMS  9 /* each side of straight ahead */
+#define PAIR_EDGE_M 0.07
+
+/* A turn of the beams around straight ahead, which hear what stands at both ranges, or at the second one alone. */
+static void hear_pair(struct seen *seen, unsigned turn, const double range_m[2], bool both)
+{
+    for (int b = -PAIR_BEAMS; b <= PAIR_BEAMS; b++) {
+        struct beam_echoes h = {
+            .az_rad = (float)(GEO_TURN * b / BASIN_BEAMS), .blind_m = 0.5f, .state = BEAM_ECHO};
+        struct echoes e = {.t_ns = (uint64_t)(1 + turn) * PAIR_TURN_NS + (uint64_t)(b + PAIR_BEAMS),
+                           .seq = turn * BASIN_BEAMS + (unsigned)(b + PAIR_BEAMS),
+                           .n_beams = 1,
+                           .flags = b == -PAIR_BEAMS ? PING_NEW_TURN : 0,
+                           .range_max_m = BASIN_GRID_REACH_M,
+                           .az_aperture_rad = (float)geo_rad(BASIN_AZ_DEG),
+                           .el_aperture_rad = (float)geo_rad(BASIN_EL_DEG),
+                           .pose = pose_identity,
+                           .max_beams = 1,
+                           .beam = &h};
+        for (int k = both ? 0 : 1; k < 2; k++)
+            h.echo[h.n++] = (struct echo){.range_m = (float)range_m[k],
+                                          .near_m = (float)(range_m[k] - 0.02),
+                                          .sd_m = 0.02f,
+                                          .strength = 10,
+                                          .confidence = 0.9f};
+        h.free_to_m = h.echo[0].near_m;
+        e.pose.has = POSE_ATTITUDE | POSE_POSITION;
+        sphere_enter(seen->grid, &e, &mount_identity);
+        store_enter(seen->store, &e, &mount_identity);
+        seen->asking.now = (struct answer_now){.now_ns = e.t_ns, .pose_fresh = true, .pose = e.pose};
+    }
+}
+
+static bool shows_both(const struct seen *seen, const double range_m[2])
+{
+    struct picture_entry e;
+    picture_get(seen->asking.picture, rings_index(seen->asking.picture->rings, 0.01, 0.01), &e);
+    for (int k = 0; k < 2; k++)
+        if (!(e.obstacle[k].logodds > 0) || fabs((double)e.obstacle[k].range_m - range_m[k]) > PAIR_EDGE_M)
+            return false;
+    return true;
+}
+
+/* Are both told apart, and how many turns after the first has gone is the second the nearest? */
+static void judge_pair(const struct knob *setting, const double range_m[2], unsigned *apart, unsigned *late)
+{
+    struct conf conf;
+    knob_conf(setting, &conf);
+    struct sphere *grid = grid_of(setting);
+    struct seen seen = {
+        .grid = grid,
+        .store = asked_store(),
+        .asking = {.picture = sphere_picture(grid), .limits = scans_limits(&conf), .near_m = asked_near_m()}};
+    for (unsigned turn = 0; turn < PAIR_TURNS; turn++)
+        hear_pair(&seen, turn, range_m, true);
+    *apart += shows_both(&seen, range_m);
+    for (unsigned turn = 0; turn < MOST_TURNS; turn++, ++*late) {
+        hear_pair(&seen, PAIR_TURNS + turn, range_m, false);
+        const struct answer a = ask(&seen, 0, BASIN_GRID_REACH_M, geo_rad(0.5));
+        if (a.state == ANSWER_BLOCKED && fabs(a.range_m - range_m[1]) < PAIR_EDGE_M)
+            break;
+    }
+    free(seen.store);
+}
+
+static void pairs(void)
+{
+    printf(KNOB_COLUMNS ",pairs,apart_share,late_turns\n");
+    for (size_t i = 0; i < SETTINGS; i++) {
+        unsigned n = 0, apart = 0, late = 0;
+        for (double gap_m = 0.2; gap_m < 0.9; gap_m *= 2)
+            for (double near_m = 1.5; near_m < 9; near_m += 0.5, n++)
+                judge_pair(&settings[i], (const double[]){near_m, near_m + gap_m}, &apart, &late);
+        knob_print(&settings[i]);
+        printf(",%u,%.3g,%.3g\n", n, (double)apart / n, (double)late / n);
+    }
+}
+
 /* ---- cost ---- */
 
 static void cost(unsigned repetitions)
@@ -243,12 +327,14 @@ int main(int argc, char **argv)
     knob_check(settings, SETTINGS);
     if (strcmp(what, "errors") == 0)
         errors(quick ? 1 : SEEDS, quick ? 2 : BASIN_TURNS);
+    else if (strcmp(what, "pairs") == 0)
+        pairs();
     else if (strcmp(what, "cost") == 0)
         cost(quick ? 3 : REPETITIONS);
     else if (strcmp(what, "count") == 0)
         count(quick ? BASIN_BEAMS / 4 : BASIN_BEAMS);
     else {
-        fprintf(stderr, "usage: report_sphere errors|cost|count [quick]\n");
+        fprintf(stderr, "usage: report_sphere errors|pairs|cost|count [quick]\n");
         return 2;
     }
     return 0;
