@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * dice - random numbers of the report: splitmix64, the same everywhere for the same seed and stream. REPORT_SEED=N in the
- * environment draws all of them anew, to try on worlds that were not used before what was found on the report's own.
+ * dice - random numbers of the report: splitmix64, the same everywhere for the same seed and stream. REPORT_SEED=N in
+ * the environment draws other ones, to try on worlds that were not used before what was found on the report's own.
  */
 #ifndef SONARD_REPORT_DICE_H
 #define SONARD_REPORT_DICE_H
