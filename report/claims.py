@@ -69,7 +69,7 @@ class Claims:
     def words(self):
         names = ("rows", "column", "v", "worst", "least", "median", "total", "seeds", "among")
         return {name: getattr(self, name) for name in names} | {
-            "__builtins__": {"float": float, "all": all, "any": any, "len": len, "max": max, "min": min, "round": round, "abs": abs, "sum": sum},
+            "__builtins__": {"float": float, "all": all, "any": any, "len": len, "max": max, "min": min, "round": round, "abs": abs, "sum": sum, "zip": zip},
             "upper": upper}
 
     def value(self, expression):

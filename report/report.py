@@ -9,19 +9,22 @@ the data as CSV. The text is index.md and one file per chapter; a line that begi
   @time DATA PROGRAM ARGS...       the same, with nothing beside it: it measures nanoseconds
   @count DATA FUNCTION PROGRAM ARGS...  the same under callgrind: a column of instructions in FUNCTION between two
                                    calls of cost_mark, per `bins` of the row; empty where there is no valgrind
-  @if_peer TEXT                    TEXT, where the benchmark's peer is built: a conclusion that rests on it
+  @if_peer TEXT                    TEXT, where the benchmark's peer is built: a conclusion or a directive that rests on it
   @count_long DATA FUNCTION PROGRAM ARGS...  the same with LONG=1; otherwise the data has one empty row
   @sweep DATA ERRORS COUNT         one row per setting of report_sweep
   @peer DATA COLUMN[:TITLE]...     what the benchmark's peer says, as data and a table; a sentence where it is not built
   @points DATA ERRORS COST COUNT MEASURE[!][<LIMIT]... [+COLUMN]...  one row per setting: medians over seeds, cost, Pareto
                                    fronts; a setting beyond a limit is no use and on no front; a COLUMN has no front.
                                    A MEASURE with ! is dangerous: the worst of the seeds, and MEASURE_seeds says in how
-                                   many of them it is above 0; where fewer than 8 seeds were run, the report fails
+                                   many of them it is above 0; where fewer than 8 seeds were run, the report fails.
+                                   MEASURE_worse: in how many more seeds it is worse than the default than it is better
   @seeds DATA FROM MEASURE[!]...   one row per setting: medians over seeds, of what is dangerous the worst, as @points has it
   @claim EXPRESSION :: TEXT        TEXT, where EXPRESSION holds over the data (claims.py); else the run fails. {...} in TEXT,
                                    and in all other text of a line that begins with @say, is a figure from the data
   @stated FILE :: TEXT             TEXT with its figures must stand in FILE of the tree, else the run fails
   @judge DATA                      is the default on the front, and what does it give up, in words and a table
+  @stays DATA KNOB=VALUE... :: EXPRESSION :: TEXT   a claim: why the default stays although these settings are better in all
+                                   that @judge compares. The report fails where a better setting has none
   @plot SCRIPT                     gnuplot SCRIPT.gp, with `data` and `out` set
   @figure FILE CAPTION             FILE.svg
   @table DATA COLUMN=VALUE... COLUMN[:TITLE]...   rows where COLUMN is VALUE, the named columns
@@ -82,6 +85,7 @@ class Report:
         self.figures = 0
         self.cpu_s = {}
         self.broken = []
+        self.better, self.explained = set(), set()
         self.begin = time.monotonic()
         shutil.rmtree(out, ignore_errors=True)
         os.makedirs(self.data)
@@ -184,7 +188,7 @@ class Report:
         return self.table(name, *columns)
 
     def if_peer(self, *words):
-        return " ".join(words) if os.path.exists(self.program("bench_octomap_peer")[0]) else ""
+        return self.expand(" ".join(words)) if os.path.exists(self.program("bench_octomap_peer")[0]) else ""
 
     # ---- error against cost ----
 
@@ -201,6 +205,7 @@ class Report:
         limits = {m.rstrip("!"): limit for m, limit in limits.items()}
         measures = list(limits)
         points = []
+        default = next(rows for rows in seeds.values() if rows[0]["default"] == "1")
         for key, rows in seeds.items():
             place = sum(p["knob"] == key[0] for p in points)
             point = {"knob": key[0], "value": key[1], "place": place, "default": rows[0]["default"],
@@ -209,6 +214,7 @@ class Report:
             point |= {k: costs[key][k] for k in ("ns_per_bin", "ns_low", "ns_high")}
             for m in measures + shown:
                 point |= self.over_seeds(errors, m, [float(row[m]) for row in rows], m in dangerous)
+                point[m + "_worse"] = worse_seeds(rows, default, m)
             points.append(point)
         useful = [p for p in points if all(float(p[m]) <= limit for m, limit in limits.items())]
         for p in points:
@@ -276,12 +282,14 @@ class Report:
             text = "**Finding: the shipped default is beyond a limit** that the settings below are held to."
             print(f"{name}: {text}", flush=True)
             return text
-        winners = [p for p in points if better(p, default, ["cost", *measures])]
+        # Medians of a few seeds, and the worst one, may hide in how many a setting is worse.
+        winners = [p for p in points if better(p, default, ["cost", *measures]) and all(int(p[m + "_worse"]) <= 0 for m in measures)]
         names = [f"{p['knob']} = {p['value']}" for p in winners]
+        self.better |= {(name, p["knob"], p["value"]) for p in winners}
         text = ("**Finding: the shipped default is dominated** by " + ", ".join(names) +
                 ": no more cost, no measure worse, one better." if names else
-                "No single knob, turned from its default, is better in one measure without being worse in another or "
-                "costing more: the shipped default lies on the front of all measures together.")
+                "No single knob, turned from its default, is better in one measure without costing more or being worse in "
+                "another, in all seeds together or in most of them: the shipped default lies on the front.")
         thoughts = [f"{p['knob']} = {p['value']} ({m} {number(default[m])} to {number(p[m])})"
                     for p in points if p not in winners and float(p["cost"]) <= 1.05 * float(default["cost"]) and
                     all(float(p[m]) <= 1.1 * float(default[m]) for m in measures)
@@ -320,6 +328,17 @@ class Report:
             return text
         self.broke(f"{text} ({expression})")
         return f"**Does not hold in this run:** {text}"
+
+    def stays(self, name, *words):
+        settings, _, claim = " ".join(words).partition(" :: ")
+        for setting in settings.split():
+            knob, _, value = setting.replace("~", " ").partition("=")
+            self.explained.add((name, knob, value))
+        return self.claim(claim)
+
+    def unexplained(self):
+        for name, knob, value in sorted(self.better - self.explained):
+            self.broke(f"{name}: {knob} = {value} is better than the default in all that is measured, and nothing says why that stays")
 
     @unless_missing
     def say(self, *words):
@@ -422,6 +441,7 @@ class Report:
         self.measure([read(os.path.join(HERE, name + ".md")) for name in re.findall(r"^@chapter (\w+)", index, re.M)])
         self.save("spent", [{"data": name, "cpu_s": f"{cpu_s:.2f}"} for name, cpu_s in sorted(self.cpu_s.items(), key=lambda s: -s[1])])
         text = re.sub(r"\n{3,}", "\n\n", self.expand(index))
+        self.unexplained()
         page.make(self.out, text)
         print(f"report: {self.out}/index.html, {self.figures} figures, {time.monotonic() - self.begin:.0f} s, "
               f"{sum(self.cpu_s.values()):.0f} s of CPU")
@@ -430,7 +450,14 @@ class Report:
 
 
 MEASURED = ("run", "count", "count_long", "time")
-DIRECTIVES = ("chapter", "peer", "if_peer", "points", "seeds", "sweep", "claim", "say", "stated", "judge", "plot", "figure", "table", "pivot", "beside", "stock", "explain", "machine")
+DIRECTIVES = ("chapter", "peer", "if_peer", "points", "seeds", "sweep", "claim", "say", "stated", "judge", "stays", "plot", "figure", "table", "pivot", "beside", "stock", "explain", "machine")
+
+
+def worse_seeds(rows, default, measure):
+    """In how many more seeds a setting is worse than the default than it is better."""
+    shipped = {row["seed"]: float(row[measure]) for row in default}
+    differences = [float(row[measure]) - shipped[row["seed"]] for row in rows]
+    return sum(d > 0 for d in differences) - sum(d < 0 for d in differences)
 
 
 def better(q, p, keys):

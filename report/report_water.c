@@ -4,8 +4,10 @@
  *
  *   report_water false [quick]    CSV: world, ranges, voxel_m, tolerance_voxels, threshold, free_m3, false_free_m3,
  *                                 behind_max_m
- *   report_water fresh [quick]    CSV: world, level_db, setting, free_m3, false_free_m3, behind_max_m: worlds that no
- *                                 rule was chosen on, with the vehicle's body
+ *   report_water fresh [FIRST [WORLDS]] [quick]
+ *                                 CSV: kind, world, level_db, setting, free_m3, false_free_m3, behind_max_m: so many
+ *                                 drawn worlds (12) from that seed (1) on, with the vehicle's body; harbours and shafts
+ *                                 in turn. Rules are chosen on other seeds than those of which is told
  *   report_water errors [quick]   CSV: knob, value, default, scene, seed, and chart_errors' measures
  *   report_water maps [quick]     CSV: map, free_iou, missed_share, false_free_m3 (mean of the seeds),
  *                                 false_free_worst_m3
@@ -43,17 +45,39 @@ static struct chart_setting shipped(void)
     return chart_setting_of(&conf);
 }
 
-/* What is free and lies in a solid, by how much of a beam is entered; the last is `safe`. */
-static const struct {
+/* What is free and lies in a solid, by how much of a beam is entered and how often it must have been found free; the
+ * four after what ships are each a setting that tanks do not tell from it. */
+static const struct heard_as {
     const char *name;
     double opening;
-    uint16_t threshold;
+    uint16_t threshold, echo_weight;
 } heard_as[] = {
-    {"heard; the paper's", 0, 1},
-    {"heard; opening 1", 1, 1},
-    {"heard; as shipped", 0.5, 1},
-    {"heard; safe", 0.35, 2},
+    {"the paper's", 0, 1, 2},     {"opening 1", 1, 1, 2},     {"as shipped", 0.5, 1, 2},
+    {"opening 0.75", 0.75, 1, 2}, {"threshold 0", 0.5, 0, 2}, {"echo_weight 1", 0.5, 1, 1},
+    {"echo_weight 0", 0.5, 1, 0}, {"safe", 0.35, 2, 2},
 };
+#define HEARD_AS (sizeof heard_as / sizeof heard_as[0])
+
+static struct chart_setting set_as(const struct heard_as *as)
+{
+    struct chart_setting set = shipped();
+    set.opening = as->opening;
+    set.rule.threshold = as->threshold;
+    set.rule.echo_weight = as->echo_weight;
+    return set;
+}
+
+/* All pings of a dive, as heard. Of the heap. */
+static struct beam_echoes *hear_all(const struct dive *dive, struct dive_ears *ears, uint64_t seed)
+{
+    struct beam_echoes *heard = calloc(dive->n, sizeof *heard);
+    if (!heard)
+        exit(1);
+    dive_begin(ears);
+    for (size_t i = 0; i < dive->n; i++)
+        dive_hear(ears, dive, i, seed, &heard[i]);
+    return heard;
+}
 
 /* ---- false free ---- */
 
@@ -84,17 +108,15 @@ static void false_truth(const struct dive *dive, double tolerance_voxels, unsign
     chart_free(c);
 }
 
-static void false_heard(const struct dive *dive, struct dive_ears *ears, const struct chart_setting *set,
-                        const char *ranges)
+static void false_heard(const struct dive *dive, const struct beam_echoes *heard, const struct heard_as *as)
 {
-    struct chart *c = chart_make(dive->world, set);
-    dive_begin(ears);
-    for (size_t i = 0; i < dive->n; i++) {
-        struct beam_echoes heard;
-        dive_hear(ears, dive, i, 1, &heard);
-        chart_enter(c, &dive->look[i], dive->look[i].at, &heard);
-    }
-    false_row(dive, ranges, set, c);
+    const struct chart_setting set = set_as(as);
+    struct chart *c = chart_make(dive->world, &set);
+    char name[40];
+    snprintf(name, sizeof name, "heard; %s", as->name);
+    for (size_t i = 0; i < dive->n; i++)
+        chart_enter(c, &dive->look[i], dive->look[i].at, &heard[i]);
+    false_row(dive, name, &set, c);
     chart_free(c);
 }
 
@@ -110,12 +132,10 @@ static void false_free(bool quick)
         false_truth(dive, 0, 0, RANGE_SD_M, 0, "noisy");
         false_truth(dive, 0, 1, RANGE_SD_M, 0, "noisy");
         false_truth(dive, 0, 0, RANGE_SD_M, -3 * RANGE_SD_M, "noisy less 3 sd");
-        for (size_t h = 0; h < sizeof heard_as / sizeof heard_as[0]; h++) {
-            struct chart_setting set = shipped();
-            set.opening = heard_as[h].opening;
-            set.rule.threshold = heard_as[h].threshold;
-            false_heard(dive, ears, &set, heard_as[h].name);
-        }
+        struct beam_echoes *heard = hear_all(dive, ears, 1);
+        for (size_t h = 0; h < HEARD_AS; h++)
+            false_heard(dive, heard, &heard_as[h]);
+        free(heard);
         dive_free(dive);
     }
     dive_ears_free(ears);
@@ -126,50 +146,40 @@ static void false_free(bool quick)
 #define FRESH       12
 #define QUICK_FRESH 2
 
-enum fresh_ears { FRESH_SHIPPED, FRESH_MUD, FRESH_EARS };
+static const struct heard_as over_mud = {"bottom = 20 dB", 0.5, 1, 2};
 
-static const struct {
-    const char *name;
-    double opening;
-    enum fresh_ears ears;
-} fresh_as[] = {
-    {"as shipped", 0.5, FRESH_SHIPPED},
-    {"bottom = 20 dB", 0.5, FRESH_MUD},
-    {"the paper's", 0, FRESH_SHIPPED},
-};
-
-static void fresh_row(const struct dive *dive, uint64_t seed, struct dive_ears *ears, size_t as)
+static void fresh_row(const struct dive *dive, uint64_t seed, const struct beam_echoes *heard,
+                      const struct heard_as *as)
 {
-    struct chart_setting set = shipped();
+    struct chart_setting set = set_as(as);
     double behind_max_m, free_m3;
     set.body_m = BODY_M;
-    set.opening = fresh_as[as].opening;
     struct chart *c = chart_make(dive->world, &set);
-    dive_begin(ears);
-    for (size_t i = 0; i < dive->n; i++) {
-        struct beam_echoes heard;
-        dive_hear(ears, dive, i, seed, &heard);
-        chart_enter(c, &dive->look[i], dive->look[i].at, &heard);
-    }
+    for (size_t i = 0; i < dive->n; i++)
+        chart_enter(c, &dive->look[i], dive->look[i].at, &heard[i]);
     const double wrong_m3 = chart_false_free(c, 0, &behind_max_m, &free_m3);
-    printf("%s %u,%.1f,%s,%.4g,%.4g,%.3g\n", dive->world->name, (unsigned)seed, dive->world->level_db,
-           fresh_as[as].name, free_m3, wrong_m3, behind_max_m);
+    printf("%s,%s %u,%.1f,%s,%.4g,%.4g,%.3g\n", dive->world->name, dive->world->name, (unsigned)seed,
+           dive->world->level_db, as->name, free_m3, wrong_m3, behind_max_m);
     chart_free(c);
 }
 
-static void fresh(bool quick)
+static void fresh(uint64_t first, unsigned count, bool quick)
 {
-    struct dive_ears *ears[FRESH_EARS] = {dive_ears_make(true), dive_ears_over_mud(20)};
-    printf("world,level_db,setting,free_m3,false_free_m3,behind_max_m\n");
-    for (uint64_t seed = 1; seed <= (quick ? QUICK_FRESH : FRESH); seed++) {
+    struct dive_ears *ears = dive_ears_make(true), *mud = dive_ears_over_mud(20);
+    printf("kind,world,level_db,setting,free_m3,false_free_m3,behind_max_m\n");
+    for (uint64_t seed = first; seed < first + (quick ? QUICK_FRESH : count); seed++) {
         const struct world world = world_drawn(seed);
         struct dive *dive = dive_make(&world, quick ? QUICK_TURNS : TURNS, false, 0, DIVE_SOUND);
-        for (size_t as = 0; as < sizeof fresh_as / sizeof fresh_as[0]; as++)
-            fresh_row(dive, seed, ears[fresh_as[as].ears], as);
+        struct beam_echoes *heard = hear_all(dive, ears, seed), *over = hear_all(dive, mud, seed);
+        for (size_t as = 0; as < HEARD_AS; as++)
+            fresh_row(dive, seed, heard, &heard_as[as]);
+        fresh_row(dive, seed, over, &over_mud);
+        free(heard);
+        free(over);
         dive_free(dive);
     }
-    for (size_t e = 0; e < FRESH_EARS; e++)
-        dive_ears_free(ears[e]);
+    dive_ears_free(ears);
+    dive_ears_free(mud);
 }
 
 /* ---- error against run time ---- */
@@ -386,17 +396,6 @@ __attribute__((noinline)) static void water_run(struct water *w, const struct di
 static const char *const closed[] = {"box tank", "round tank"};
 #define CLOSED (sizeof closed / sizeof closed[0])
 
-static struct beam_echoes *hear_all(const struct dive *dive, struct dive_ears *ears, uint64_t seed)
-{
-    struct beam_echoes *heard = calloc(dive->n, sizeof *heard);
-    if (!heard)
-        exit(1);
-    dive_begin(ears);
-    for (size_t i = 0; i < dive->n; i++)
-        dive_hear(ears, dive, i, seed, &heard[i]);
-    return heard;
-}
-
 static void print_errors(const struct knob *s, const char *scene, unsigned seed, const struct chart_errors *e)
 {
     knob_print(s);
@@ -606,16 +605,23 @@ static void count(void)
     dive_ears_free(ears);
 }
 
+/* An argument that may not be there; the last one may be a word. */
+static uint64_t number(int argc, char **argv, int at, uint64_t without)
+{
+    const uint64_t given = argc > at ? strtoull(argv[at], NULL, 10) : 0;
+    return given > 0 ? given : without;
+}
+
 int main(int argc, char **argv)
 {
     const char *what = argc > 1 ? argv[1] : "";
-    const bool quick = argc > 2 && strcmp(argv[2], "quick") == 0;
+    const bool quick = argc > 2 && strcmp(argv[argc - 1], "quick") == 0;
     knob_base(MAP_BASE);
     knob_check(settings, SETTINGS);
     if (strcmp(what, "false") == 0)
         false_free(quick);
     else if (strcmp(what, "fresh") == 0)
-        fresh(quick);
+        fresh(number(argc, argv, 2, 1), (unsigned)number(argc, argv, 3, FRESH), quick);
     else if (strcmp(what, "errors") == 0)
         errors(quick ? 1 : SEEDS, quick ? QUICK_TURNS : TURNS);
     else if (strcmp(what, "maps") == 0)
@@ -625,7 +631,7 @@ int main(int argc, char **argv)
     else if (strcmp(what, "count") == 0)
         count();
     else {
-        fprintf(stderr, "usage: report_water false|fresh|errors|maps|cost|count [quick]\n");
+        fprintf(stderr, "usage: report_water false|fresh [FIRST [WORLDS]]|errors|maps|cost|count [quick]\n");
         return 2;
     }
     return 0;

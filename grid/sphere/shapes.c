@@ -12,9 +12,9 @@
 #define GHOST_OFF      0.21 /* ghosts appear within 12 degrees of the normal */
 #define GHOST_M        0.16
 #define CORNER_GAP_M   0.5
-#define CORNER_GAP_RAD 0.1
-#define SPAN_RAD       0.22 /* that a point's neighbours cover: 12 degrees */
-#define REGION_RAD     0.1  /* narrower than 6 degrees, bearings at one range are chance */
+#define SPAN_RAD       0.22     /* that a point's neighbours cover: 12 degrees */
+#define CORNER_GAP_RAD SPAN_RAD /* so near a corner they are of both walls, and the point may be of none */
+#define REGION_RAD     0.1      /* narrower than 6 degrees, bearings at one range are chance */
 #define ARC_GAP_M      0.5
 #define ARC_MOST_M     100
 

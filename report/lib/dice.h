@@ -1,11 +1,15 @@
 /* SPDX-License-Identifier: MIT */
-/* dice - random numbers of the report: splitmix64, the same everywhere for the same seed and stream. */
+/*
+ * dice - random numbers of the report: splitmix64, the same everywhere for the same seed and stream. REPORT_SEED=N in
+ * the environment draws other ones, to try on worlds that were not used before what was found on the report's own.
+ */
 #ifndef SONARD_REPORT_DICE_H
 #define SONARD_REPORT_DICE_H
 
 #include <complex.h>
 #include <math.h>
 #include <stdint.h>
+#include <stdlib.h>
 
 struct dice {
     uint64_t state;
@@ -22,7 +26,8 @@ static inline uint64_t dice_bits(struct dice *dice)
 /** dice_of - the numbers of one stream of a seed. */
 static inline struct dice dice_of(uint64_t seed, uint64_t stream)
 {
-    struct dice dice = {seed};
+    const char *anew = getenv("REPORT_SEED");
+    struct dice dice = {seed + ((anew ? strtoull(anew, NULL, 10) : 0) << 32)};
     dice.state = dice_bits(&dice) + stream;
     dice.state = dice_bits(&dice);
     return dice;

@@ -39,12 +39,14 @@ static double room_range(double az_rad)
     return range;
 }
 
-/* A turn of 1 degree steps; ghost_m > 0: a second echo there, straight ahead. */
+/* A turn of 1 degree steps, without those of no range; ghost_m > 0: a second echo there, straight ahead. */
 static void turn_in(double (*range_at)(double az_rad), double ghost_m)
 {
     for (int u = 0; u < 360; u++) {
         struct beam_echoes beam = {.az_rad = (float)geo_rad(u + 0.5), .state = BEAM_ECHO, .n = 1, .blind_m = 0.1f};
         const double range = range_at((double)beam.az_rad);
+        if (isinf(range))
+            continue;
         beam.free_to_m = (float)(range - 0.05);
         beam.echo[0] = echo_at(range);
         if (ghost_m > 0 && (u < 5 || u >= 355))
@@ -142,6 +144,28 @@ TEST(a_room_through_the_grid)
             CHECK(shapes.constant_depth[w]);
         }
     }
+}
+
+#define BLURRED_RAD geo_rad(8)
+
+/* A hall four times as large, of which nothing is heard near its corners, whatever the wall. */
+static double hall_range(double az_rad)
+{
+    for (int w = 0; w < 4; w++) {
+        const double *next = &distance_m[(w + 1) % 4];
+        if (fabs(geo_wrap_pi(az_rad - w * GEO_PI / 2 - atan2(*next, distance_m[w]))) < BLURRED_RAD)
+            return INFINITY;
+    }
+    return 4 * room_range(az_rad);
+}
+
+TEST(walls_meet_in_corners_near_which_nothing_is_heard)
+{
+    start(true);
+    turn_in(hall_range, 0);
+    shapes_look(&shapes, sphere_picture(sphere), 1000 * SECOND);
+    CHECK_INT(shapes.n, 4);
+    CHECK_INT(shapes.corners, 4);
 }
 
 /* ---- basins drawn at random ---- */
@@ -306,6 +330,7 @@ int main(void)
     RUN(a_round_tank_is_an_arc_and_from_its_middle_a_region_all_around);
     RUN(each_wall_of_a_room_has_its_region);
     RUN(a_room_through_the_grid);
+    RUN(walls_meet_in_corners_near_which_nothing_is_heard);
     RUN(basins_show_their_walls_and_corners_standing_and_yawing);
     RUN(what_stands_a_room_length_behind_a_wall_is_suspected_and_nothing_else);
     RUN(an_empty_picture_has_no_shapes);
