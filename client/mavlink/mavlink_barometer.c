@@ -105,6 +105,7 @@ void mavlink_barometers_pressure(struct mavlink_barometers *b, int number, doubl
     of->wet |= of->deep_ns && now_ns >= of->deep_ns + DEEP_NS;
     of->hpa = hpa;
     of->t_ns = now_ns;
+    of->in_second++;
     of->first_hpa = of->first_hpa > 0 ? of->first_hpa : hpa;
     b->begin_ns = b->begin_ns ? b->begin_ns : now_ns;
     choose(b, now_ns);
@@ -180,6 +181,15 @@ int mavlink_barometers_depth(const struct mavlink_barometers *b)
 {
     return b->named == MAVLINK_BAROMETER_ANY && b->against != MAVLINK_BAROMETER_ANY ? MAVLINK_BAROMETER_ANY
                                                                                     : b->used;
+}
+
+int mavlink_barometers_slow(struct mavlink_barometers *b)
+{
+    const int number = mavlink_barometers_depth(b);
+    const bool slow = number != MAVLINK_BAROMETER_ANY && b->of[number - 1].in_second < MAVLINK_BAROMETER_HZ;
+    for (int i = 0; i < MAVLINK_BAROMETERS; i++)
+        b->of[i].in_second = 0;
+    return slow ? number : MAVLINK_BAROMETER_ANY;
 }
 
 double mavlink_barometers_surface_hpa(const struct mavlink_barometers *b, int number)

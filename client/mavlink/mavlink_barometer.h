@@ -21,6 +21,10 @@
 
 #define MAVLINK_BAROMETER_NAME 48
 
+/* So often a depth without a position has to come: how far the vehicle may have gone since the last one is pose
+ * uncertainty, and a ping whose pose is uncertain by more than a recentring step, 0.1 m, frees nothing. */
+#define MAVLINK_BAROMETER_HZ 6
+
 /* Where an altitude is from; each is compared with itself only, since each has a zero of its own. */
 enum mavlink_altitude {
     MAVLINK_ALTITUDE_VFR_HUD,
@@ -33,6 +37,7 @@ struct mavlink_barometer {
     double hpa;                          /* last reading */
     double first_hpa;                    /* 0: none yet */
     uint64_t t_ns;                       /* of the last reading; 0: none */
+    unsigned in_second;                  /* readings since mavlink_barometers_slow was asked last */
     uint64_t deep_ns;                    /* since when all readings are higher than a hull's; 0: the last is not */
     unsigned follows[MAVLINK_ALTITUDES]; /* changes of that altitude in a row that it followed */
     bool wet;                            /* it is in the water, by what it has read */
@@ -94,6 +99,10 @@ bool mavlink_barometers_is_primary(const char *name);
  * not known which, or two in the water disagree and none is named.
  */
 int mavlink_barometers_depth(const struct mavlink_barometers *b);
+
+/** mavlink_barometers_slow - once a second: the number of the one that gives the depth, if it read less often in that
+ * second than MAVLINK_BAROMETER_HZ; MAVLINK_BAROMETER_ANY: there is none, or it reads often enough. */
+int mavlink_barometers_slow(struct mavlink_barometers *b);
 
 /**
  * mavlink_barometers_surface_hpa - what barometer `number` read first, as the pressure at the surface; 0: no air has

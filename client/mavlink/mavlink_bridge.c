@@ -24,6 +24,7 @@
 #define READS_PER_TURN    32          /* so that a flood does not keep the obstacles waiting */
 #define CLIMB_INTERVAL_US 200000
 #define SERVO_INTERVAL_US 50000
+#define DEPTH_INTERVAL_US 100000
 #define PARAMS_A_SECOND   8 /* asked for while they are not known */
 #define OWN_SYSTEM        1 /* until a vehicle's is known: that of nearly all vehicles */
 
@@ -147,11 +148,17 @@ static void ask_for_thrusters(struct mavlink_bridge *b, uint64_t now_ns)
         send_message(b, MAVLINK_PARAM_REQUEST_READ, &m, now_ns);
 }
 
-/* Which of its barometers is in the water. */
+/* The depth as often as it takes without a position, also when a ground station has asked for less since; and which of
+ * its barometers is in the water. */
 static void ask_for_barometer(struct mavlink_bridge *b, uint64_t now_ns)
 {
     struct mavlink_param_request_read m = {
         .param_index = -1, .target_system = b->vehicle.system_id, .target_component = 1};
+    static const enum mavlink_id pressures[MAVLINK_BAROMETERS] = {
+        MAVLINK_SCALED_PRESSURE, MAVLINK_SCALED_PRESSURE2, MAVLINK_SCALED_PRESSURE3};
+    const int slow = mavlink_vehicle_depth_slow(&b->vehicle, now_ns);
+    if (slow != MAVLINK_BAROMETER_ANY)
+        ask_for_rate(b, pressures[slow - 1], DEPTH_INTERVAL_US, now_ns);
     const char *name = b->vehicle.thrusters.submarine ? mavlink_barometers_ask(&b->vehicle.barometers) : NULL;
     if (!name)
         return;
@@ -188,11 +195,16 @@ static void ask_for_rates(struct mavlink_bridge *b, bool attitude, uint64_t now_
     static const struct {
         enum mavlink_id id;
         float interval_us;
-    } wanted[] = {{MAVLINK_ATTITUDE, 20000},           {MAVLINK_LOCAL_POSITION_NED, 50000},
-                  {MAVLINK_SCALED_PRESSURE, 100000},   {MAVLINK_SCALED_PRESSURE2, 100000},
-                  {MAVLINK_SCALED_PRESSURE3, 100000},  {MAVLINK_VFR_HUD, 200000},
-                  {MAVLINK_DISTANCE_SENSOR, 100000},   {MAVLINK_ALTITUDE, 200000},
-                  {MAVLINK_EKF_STATUS_REPORT, 200000}, {MAVLINK_ESTIMATOR_STATUS, 200000}};
+    } wanted[] = {{MAVLINK_ATTITUDE, 20000},
+                  {MAVLINK_LOCAL_POSITION_NED, 50000},
+                  {MAVLINK_SCALED_PRESSURE, DEPTH_INTERVAL_US},
+                  {MAVLINK_SCALED_PRESSURE2, DEPTH_INTERVAL_US},
+                  {MAVLINK_SCALED_PRESSURE3, DEPTH_INTERVAL_US},
+                  {MAVLINK_VFR_HUD, 200000},
+                  {MAVLINK_DISTANCE_SENSOR, 100000},
+                  {MAVLINK_ALTITUDE, 200000},
+                  {MAVLINK_EKF_STATUS_REPORT, 200000},
+                  {MAVLINK_ESTIMATOR_STATUS, 200000}};
 
     for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++)
         if (!attitude || wanted[i].id == MAVLINK_EKF_STATUS_REPORT || wanted[i].id == MAVLINK_ESTIMATOR_STATUS)

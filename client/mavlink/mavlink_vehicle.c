@@ -471,6 +471,12 @@ bool mavlink_vehicle_depth_news(struct mavlink_vehicle *vehicle, uint64_t now_ns
     return mavlink_barometers_news(&vehicle->barometers, now_ns, text, size);
 }
 
+int mavlink_vehicle_depth_slow(struct mavlink_vehicle *vehicle, uint64_t now_ns)
+{
+    const int slow = mavlink_barometers_slow(&vehicle->barometers);
+    return vehicle->thrusters.submarine && !has_position(vehicle, now_ns) ? slow : MAVLINK_BAROMETER_ANY;
+}
+
 bool mavlink_vehicle_depth_doubtful(const struct mavlink_vehicle *vehicle, uint64_t now_ns)
 {
     return !has_position(vehicle, now_ns) && vehicle->barometers.against != MAVLINK_BAROMETER_ANY;

@@ -100,6 +100,9 @@ bool mavlink_vehicle_bound(struct mavlink_vehicle *vehicle, struct mavlink_pose 
  */
 bool mavlink_vehicle_depth_news(struct mavlink_vehicle *vehicle, uint64_t now_ns, char *text, size_t size);
 
+/** mavlink_vehicle_depth_slow - as mavlink_barometers_slow, of a submarine whose depth is taken from pressure. */
+int mavlink_vehicle_depth_slow(struct mavlink_vehicle *vehicle, uint64_t now_ns);
+
 /** mavlink_vehicle_depth_doubtful - do two barometers in the water disagree, while the depth is taken from pressure? */
 bool mavlink_vehicle_depth_doubtful(const struct mavlink_vehicle *vehicle, uint64_t now_ns);
 

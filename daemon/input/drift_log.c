@@ -135,6 +135,18 @@ double drift_log_uncertain_m(const struct drift_log *log, uint64_t t_ns)
     return fmin(DRIFT_LOG_MPS2 * bounded_s / 2, fmax(log->set.mps - log->mps[DRIFT_LEVEL], 0)) * bounded_s;
 }
 
+/* Drift does not count what the vehicle did before it had a pose: of then nothing is known. */
+void drift_log_gone(const struct drift_log *log, uint64_t from_ns, uint64_t to_ns, double m[DRIFT_WAYS])
+{
+    const bool known = log->goes_on && (!log->set.from_pose || from_ns >= log->t_first_ns);
+    const double uncertain_m = drift_log_uncertain_m(log, to_ns);
+    double from_m[DRIFT_WAYS], to_m[DRIFT_WAYS];
+    drift_log_at(log, from_ns, from_m);
+    drift_log_at(log, to_ns, to_m);
+    for (int k = 0; k < DRIFT_WAYS; k++)
+        m[k] = known ? to_m[k] - from_m[k] + uncertain_m : INFINITY;
+}
+
 bool drift_log_comes(const struct drift_log *log, uint64_t now_ns)
 {
     return log->t_bound_ns && seconds(log->t_bound_ns, now_ns) <= DRIFT_LOG_COMES_S;

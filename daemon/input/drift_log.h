@@ -69,6 +69,10 @@ void drift_log_at(const struct drift_log *log, uint64_t t_ns, double m[DRIFT_WAY
 /** drift_log_uncertain_m - how much farther it is by t_ns, at most, if it sped up since the newest bound. */
 double drift_log_uncertain_m(const struct drift_log *log, uint64_t t_ns);
 
+/** drift_log_gone - between two times the vehicle went no farther than m, level and up or down, by bounds of its speed
+ * and what they leave uncertain; INFINITY where none is believed. */
+void drift_log_gone(const struct drift_log *log, uint64_t from_ns, uint64_t to_ns, double m[DRIFT_WAYS]);
+
 /** drift_log_comes - do bounds come, whether they are believed or not? */
 bool drift_log_comes(const struct drift_log *log, uint64_t now_ns);
 

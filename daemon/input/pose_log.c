@@ -160,8 +160,8 @@ static uint64_t go_on(const struct pose_log *log, int part, uint64_t t_ns, doubl
 /* What the log knows of one part at a time. */
 struct part_then {
     double v[4];
-    bool good;      /* somebody gave it, and it is fresh */
-    double since_s; /* for so long nobody knows how it went on */
+    bool good;         /* somebody gave it, and it is fresh */
+    uint64_t since_ns; /* for so long nobody knows how it went on */
     uint64_t discontinuities;
 };
 
@@ -202,7 +202,7 @@ static bool look_up(const struct pose_log *log, int part, uint64_t t_ns, struct 
             out->v[drift_at[part]] = a->v[drift_at[part]];
     }
     out->discontinuities = a->discontinuities;
-    out->since_s = (double)since_ns * 1e-9;
+    out->since_ns = since_ns;
     return true;
 }
 
@@ -426,31 +426,47 @@ static double rate(const struct pose_log *log, int part)
     return b->t_ns > a->t_ns ? apart(part, a, b) / ((double)(b->t_ns - a->t_ns) * 1e-9) : 0;
 }
 
+/* So far the vehicle may have gone in the last since_ns: as fast as it was reported to be, or as it ever is, but no
+ * farther than bounds of its speed say. */
+static double way_since_m(const struct pose_log *log, uint64_t since_ns, double reported_mps, double bounded_m)
+{
+    const double since_s = (double)since_ns * 1e-9;
+    return fmax(reported_mps * since_s, fmin(log->most_mps * since_s, bounded_m));
+}
+
 /* How far the vehicle may be from what the parts say. */
-static void loosen(const struct pose_log *log, const bool known[], const struct part_then then[], struct pose *p)
+static void loosen(const struct pose_log *log, uint64_t t_ns, const bool known[], const struct part_then then[],
+                   struct pose *p)
 {
     const double *v = p->velocity_mps;
     const bool told = p->has & POSE_VELOCITY;
-    double way_m[2] = {0};
+    double way_m[DRIFT_WAYS] = {0}, bounded_m[DRIFT_WAYS];
     for (int part = POSE_TRACK_PLACE; part <= POSE_TRACK_DEPTH; part++) {
-        if (!known[part] || then[part].since_s <= 0)
+        const uint64_t since_ns = known[part] ? then[part].since_ns : 0;
+        const int way = part - POSE_TRACK_PLACE;
+        if (since_ns == 0)
             continue;
         const double mps = !told ? rate(log, part) : part == POSE_TRACK_DEPTH ? fabs(v[2]) : hypot(v[0], v[1]);
-        way_m[part - POSE_TRACK_PLACE] = fmax(log->most_mps, mps) * then[part].since_s;
+        drift_log_gone(&log->unseen, t_ns - since_ns, t_ns, bounded_m);
+        way_m[way] = way_since_m(log, since_ns, mps, bounded_m[way]);
     }
     p->uncertain_m = hypot(way_m[0], way_m[1]);
-    if (known[POSE_TRACK_ATTITUDE] && then[POSE_TRACK_ATTITUDE].since_s > 0)
-        p->uncertain_rad =
-            fmax(log->most_radps, rate(log, POSE_TRACK_ATTITUDE)) * then[POSE_TRACK_ATTITUDE].since_s;
+    if (known[POSE_TRACK_ATTITUDE])
+        p->uncertain_rad = fmax(log->most_radps, rate(log, POSE_TRACK_ATTITUDE)) *
+                           (double)then[POSE_TRACK_ATTITUDE].since_ns * 1e-9;
 }
 
 /* How much nearer the bottom may be than the altitude says. The way over ground counts as well: the bottom rises. */
-static void sink(const struct pose_log *log, const struct part_then *altitude, struct pose *p)
+static void sink(const struct pose_log *log, uint64_t t_ns, const struct part_then *altitude, struct pose *p)
 {
-    if (!(p->has & POSE_ALTITUDE) || altitude->since_s <= 0)
+    double bounded_m[DRIFT_WAYS];
+    if (!(p->has & POSE_ALTITUDE) || altitude->since_ns == 0)
         return;
     const double mps = p->has & POSE_VELOCITY ? geo_length(p->velocity_mps) : rate(log, POSE_TRACK_ALTITUDE);
-    p->altitude_m = fmax(p->altitude_m - fmax(log->most_mps, mps) * altitude->since_s, 0);
+    drift_log_gone(&log->unseen, t_ns - altitude->since_ns, t_ns, bounded_m);
+    const double way_m =
+        way_since_m(log, altitude->since_ns, mps, hypot(bounded_m[DRIFT_LEVEL], bounded_m[DRIFT_VERTICAL]));
+    p->altitude_m = fmax(p->altitude_m - way_m, 0);
 }
 
 /* How fast a part of the place drifts off: not at all where it is given, else by the error of the velocity or as an
@@ -503,8 +519,8 @@ static bool pose_then(const struct pose_log *log, uint64_t t_ns, struct pose *ou
             put_part(part, then[part].v, &p);
         any |= then[part].good && part != POSE_TRACK_ALTITUDE;
     }
-    loosen(log, known, then, &p);
-    sink(log, &then[POSE_TRACK_ALTITUDE], &p);
+    loosen(log, t_ns, known, then, &p);
+    sink(log, t_ns, &then[POSE_TRACK_ALTITUDE], &p);
     p.path_m = log->path_m;
     p.discontinuities = known[POSE_TRACK_ATTITUDE] ? then[POSE_TRACK_ATTITUDE].discontinuities : 0;
     *out = any ? p : pose_identity;

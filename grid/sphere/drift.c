@@ -148,12 +148,31 @@ static double apart_m(const struct wedge_ping *a, const struct wedge_ping *b)
     return geo_length(v);
 }
 
+/*
+ * How far the sensor may have gone across an edge of the earlier look between the two: what it went along the edge,
+ * such as a level head up or down, lets nothing past. Who slipped through was beyond that edge first, and is so far
+ * behind it from where the sensor then is: the range times the sine of the overlap. side: to the right of that look.
+ */
+static double across_m(const struct wedges *w, const struct drift_look *earlier, const struct drift_look *later,
+                       const float side[3])
+{
+    const struct wedge_ping *a = ping_of(w, earlier), *b = ping_of(w, later);
+    const double aslant = sin(fmin((double)earlier->half_rad, GEO_PI / 2));
+    double way = 0, ahead = 0;
+    for (int i = 0; i < 3; i++) {
+        way += (b->place_m[i] - a->place_m[i]) * (double)side[i];
+        ahead += (b->place_m[i] - a->place_m[i]) * (double)earlier->ahead[i];
+    }
+    const double steep = fabs((double)side[2]) + aslant * fabs((double)earlier->ahead[2]);
+    return fabs(way) + aslant * fabs(ahead) + fmax(b->drift_m[0] - a->drift_m[0], 0) +
+           steep * fmax(b->drift_m[1] - a->drift_m[1], 0);
+}
+
 /* False: they do not overlap, or are no neighbours. */
 static bool join_looks(const struct wedges *w, const struct drift_look *earlier, const struct drift_look *later,
                        struct joint *out)
 {
     const struct wedge *a = wedge_of(w, earlier), *b = wedge_of(w, later);
-    const struct wedge_ping *pa = ping_of(w, earlier), *pb = ping_of(w, later);
     const double ahead = dot(earlier->ahead, later->ahead);
     float side[3]; /* of the earlier one: z x ahead */
     if (a->el_rad != b->el_rad || a->kind != WEDGE_FREE || b->kind != WEDGE_FREE)
@@ -164,7 +183,7 @@ static bool join_looks(const struct wedges *w, const struct drift_look *earlier,
     out->turn_rad = atan2(dot(side, later->ahead), ahead);
     out->from_m = 0;
     const double over = (double)earlier->half_rad + (double)later->half_rad - fabs(out->turn_rad);
-    const double between_m = drifted_m(pa, pb->drift_m) + apart_m(pa, pb);
+    const double between_m = across_m(w, earlier, later, side);
     if (between_m <= 0)
         return over >= -TOUCH_RAD;
     if (over <= 0)

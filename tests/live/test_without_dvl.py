@@ -121,7 +121,7 @@ class Typed:
         elif words[:2] == ["sonarctl", "setup"]:
             self.ends_well(SONARCTL, *words[1:], "--output", self.conf + ".d/50-setup.conf")
         elif words[0] == "sonarctl":
-            return self.ends_well(SONARCTL, "--socket", self.bench.socket_path, *words[1:])
+            return self.ends_well(SONARCTL, "--socket", self.bench.socket_path, "--timeout", "60", *words[1:])
         elif words[0] == "sonard":
             self.ends_well(SONARD, *words[1:])
         else:

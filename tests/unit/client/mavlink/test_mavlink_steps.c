@@ -26,6 +26,7 @@ struct heard {
     struct mavlink_obstacle_distance_3d point[MAVLINK_SECTORS]; /* the first ones */
     bool asked_reports, asked_rates;                            /* for the estimator's messages; for any other */
     int asked_servos;                                           /* for what the thrusters do */
+    int asked_depths;                                           /* for SCALED_PRESSURE2, ten times a second */
     bool asked_barometers;                                      /* for which is in the water */
     char param[20];                                             /* that was asked for last */
     int64_t synced_ns;                                          /* what it wrote into a question about its clock */
@@ -198,6 +199,7 @@ static bool hear(struct heard *h)
         const bool report = m.param[0] == MAVLINK_EKF_STATUS_REPORT || m.param[0] == MAVLINK_ESTIMATOR_STATUS;
         h->asked_reports |= report;
         h->asked_servos += m.param[0] == MAVLINK_SERVO_OUTPUT_RAW;
+        h->asked_depths += m.param[0] == MAVLINK_SCALED_PRESSURE2 && m.param[1] == 100000;
         h->asked_rates |= !report && m.param[0] != MAVLINK_SERVO_OUTPUT_RAW && m.param[0] != MAVLINK_VFR_HUD;
     } else if (frame.message->id == MAVLINK_PARAM_REQUEST_READ) {
         struct mavlink_param_request_read m;
@@ -605,6 +607,33 @@ TEST(only_what_does_not_come_is_asked_for)
     end();
 }
 
+/* Of a second in which the barometer in the water reads so often: how often it was asked to read more often. */
+static int asked_depths(int readings)
+{
+    const struct mavlink_scaled_pressure m = {.time_boot_ms = (uint32_t)(100000 + (f.now_ns - START) / MS),
+                                              .press_abs = 1013};
+    for (int i = 0; i < readings; i++)
+        say_frame(MAVLINK_SCALED_PRESSURE2, &m);
+    return second().asked_depths;
+}
+
+/* ... but a depth at a low rate would cost a vehicle without a position all its water. */
+TEST(a_depth_that_comes_seldom_is_asked_for)
+{
+    begin_flight();
+    f.thrusters = true;
+    f.pulse_us = 1500;
+    f.frame_config = 1;
+    for (int s = 0; s < 5; s++)
+        asked_depths(2);
+    CHECK_INT(asked_depths(2), 1);
+    asked_depths(10);
+    CHECK_INT(asked_depths(10), 0);
+    asked_depths(5);
+    CHECK_INT(asked_depths(5), 1); /* a ground station has asked for less */
+    end();
+}
+
 TEST(the_autopilot_learns_our_time)
 {
     const struct mavlink_timesync question = {.ts1 = ASKED_NS};
@@ -634,6 +663,7 @@ int main(void)
     RUN(each_ping_below_is_told_once);
     RUN(points_stand_where_the_obstacles_are);
     RUN(only_what_does_not_come_is_asked_for);
+    RUN(a_depth_that_comes_seldom_is_asked_for);
     RUN(the_autopilot_learns_our_time);
     rmdir(directory);
     return test_end();

@@ -137,6 +137,34 @@ TEST(a_bound_comes_and_holds_for_its_time)
     CHECK(bound(2000, 0.1) && !bound(2000, 0.1) && !bound(1900, 0.1) && bound(2001, 0.1));
 }
 
+/* Between two times, with what the newest bound leaves uncertain; of before the first pose nothing is known. */
+TEST(between_two_times_it_went_as_far_as_bounds_say)
+{
+    double m[DRIFT_WAYS];
+    start(2, 0.05);
+    drift_log_gone(&unseen, 2000 * MS, 3000 * MS, m);
+    CHECK(isinf(m[DRIFT_LEVEL]) && isinf(m[DRIFT_VERTICAL])); /* none has come */
+    for (uint64_t ms = 2000; ms <= 4000; ms += 50)
+        CHECK(bound(ms, 0.1));
+    drift_log_gone(&unseen, 3000 * MS, 3400 * MS, m);
+    CHECK_NEAR(m[DRIFT_LEVEL], 0.4 * 0.15, 1e-9, 0);
+    CHECK_NEAR(m[DRIFT_VERTICAL], 0.4 * 0.25, 1e-9, 0);
+    drift_log_gone(&unseen, 3700 * MS, 4100 * MS, m);
+    CHECK_NEAR(m[DRIFT_VERTICAL], 0.4 * 0.25 + 0.1 * 15 * 0.1 / 2, 1e-9, 0);
+    start(2, -1); /* not believed */
+    CHECK(bound(2000, 0.1) && bound(2050, 0.1));
+    drift_log_gone(&unseen, 2000 * MS, 2050 * MS, m);
+    CHECK(isinf(m[DRIFT_LEVEL]));
+    drift_log_set(&unseen, 1000 * MS,
+                  &(struct pose_drift){.mps = 2, .from_pose = true, .bounded = true, .water_mps = 0});
+    drift_log_begin(&unseen, 3000 * MS);
+    CHECK(bound(3000, 0.1) && bound(3050, 0.1));
+    drift_log_gone(&unseen, 2950 * MS, 3050 * MS, m);
+    CHECK(isinf(m[DRIFT_LEVEL]));
+    drift_log_gone(&unseen, 3000 * MS, 3050 * MS, m);
+    CHECK_NEAR(m[DRIFT_LEVEL], 0.05 * 0.1, 1e-9, 0);
+}
+
 int main(void)
 {
     seed = test_seed();
@@ -145,6 +173,7 @@ int main(void)
     RUN(a_ping_that_came_first_is_not_newer_than_it_is);
     RUN(between_two_bounds_it_goes_on_evenly);
     RUN(a_bound_comes_and_holds_for_its_time);
+    RUN(between_two_times_it_went_as_far_as_bounds_say);
     RUN(it_never_says_less);
     RUN(what_is_older_than_the_bounds_went_as_fast_as_ever);
     return test_end();

@@ -889,6 +889,50 @@ TEST(a_place_that_is_given_is_not_carried)
     CHECK(p.drift_mps == 0 && p.uncertain_m > 0.5); /* that it is old counts as that */
 }
 
+static void put_depth_and_altitude(uint64_t ms, double depth_m, double altitude_m)
+{
+    struct pose p = pose_identity;
+    p.t_ns = ms * MS;
+    p.has = POSE_DEPTH | POSE_ALTITUDE;
+    p.position_m[2] = depth_m;
+    p.altitude_m = altitude_m;
+    CHECK(pose_log_put(&poses, &p));
+}
+
+/* A depth comes twice a second, bounds of the speed twenty times: between two depths the vehicle has gone up or down as
+ * far as these say, not as far as it ever could. What it was seen to do counts all the same. */
+TEST(between_rare_samples_the_vehicle_goes_no_faster_than_its_bounds)
+{
+    const double uncertain_m = 15 * 0.05 * 0.05 / 2;
+    struct pose p;
+    for (int bounded = 0; bounded < 2; bounded++) {
+        pose_log_init(&poses, 2000 * MS);
+        pose_log_set_most(&poses, 1.5, 1);
+        pose_log_set_drift(&poses, 900 * MS,
+                           &(struct pose_drift){.mps = 1.5, .bounded = bounded, .water_mps = 0.05});
+        put(1000 * MS, POSE_ATTITUDE, 0, 0, 0);
+        for (uint64_t ms = 1000; ms <= 2400; ms += 50) {
+            if (ms % 500 == 0)
+                put_depth_and_altitude(ms, 2, 9);
+            if (ms % 100 == 0)
+                put(ms * MS, POSE_ATTITUDE, 0, 0, 0);
+            pose_log_bound(&poses, ms * MS, (const double[]){0.1, 0.3});
+        }
+        CHECK(pose_log_at(&poses, 2450 * MS, &p)); /* 0.1 s after the last depth it went on as before */
+        if (bounded) {
+            CHECK_NEAR(p.uncertain_m, 0.35 * 0.35 + 2 * uncertain_m, 1e-9, 0);
+            CHECK_NEAR(p.altitude_m, 9 - 0.45 * hypot(0.15, 0.35), 0.03, 0);
+        } else {
+            CHECK_NEAR(p.uncertain_m, 0.35 * 1.5, 1e-9, 0);
+            CHECK_NEAR(p.altitude_m, 9 - 0.45 * 1.5, 1e-9, 0);
+        }
+    }
+    put_depth_and_altitude(2500, 2.4, 9); /* 0.8 m/s: somebody pulls it */
+    pose_log_bound(&poses, 2800 * MS, (const double[]){0.1, 0.3});
+    CHECK(pose_log_at(&poses, 2800 * MS, &p));
+    CHECK(p.uncertain_m >= 0.2 * 0.8 - 1e-9);
+}
+
 TEST(the_drift_never_falls_when_it_is_set_anew)
 {
     struct pose p;
@@ -951,6 +995,7 @@ int main(void)
     RUN(a_velocity_carries_the_position_with_its_error);
     RUN(a_velocity_that_changes_carries_with_half_its_change_as_well);
     RUN(a_place_that_is_given_is_not_carried);
+    RUN(between_rare_samples_the_vehicle_goes_no_faster_than_its_bounds);
     RUN(the_drift_never_falls_when_it_is_set_anew);
     return test_end();
 }

@@ -12,9 +12,12 @@
 
 static struct wedges wedges;
 static struct drift drift;
+static double place_m[3], deeper_m; /* of the next pings: where they are sent, and the drift in depth by then */
 
 static void begin(void)
 {
+    memset(place_m, 0, sizeof place_m);
+    deeper_m = 0;
     free(wedges.ping);
     free(drift.look);
     wedges_init(&wedges, malloc(wedges_bytes()));
@@ -25,7 +28,8 @@ static void begin(void)
 static void ping(double az_deg, int n, double wide_deg, double to_m, double drift_m, double roll_deg)
 {
     static uint64_t t_ns;
-    struct wedge_ping p = {.t_ns = ++t_ns, .drift_m = {drift_m, 0}};
+    struct wedge_ping p = {
+        .t_ns = ++t_ns, .drift_m = {drift_m, deeper_m}, .place_m = {place_m[0], place_m[1], place_m[2]}};
     quat_from_rpy(geo_rad(roll_deg), 0, 0, p.attitude);
     wedges_begin(&wedges, &p);
     for (int i = 0; i < n; i++)
@@ -132,6 +136,38 @@ TEST(beams_that_just_touch_let_something_slip_through)
     CHECK(w.water.from_m >= 0.01 / sin(geo_rad(0.25)));
 }
 
+/* The sensor goes so far between two pings, along each axis and by drift in depth: from where on what beams free that
+ * overlap by a quarter of a degree is free. */
+static double free_from_m(double roll_deg, double ahead_m, double aside_m, double down_m, double adrift_m)
+{
+    struct drift_worth w;
+    begin();
+    for (int i = 0; i <= 80; i++) {
+        place_m[0] = i % 2 ? ahead_m : 0;
+        place_m[1] = i % 2 ? aside_m : 0;
+        place_m[2] = i % 2 ? down_m : 0;
+        deeper_m = i * adrift_m;
+        ping(i - 40, 1, 1.25, 10, 0.01 * i, roll_deg);
+    }
+    return judge(0, 0.8, &w) ? w.water.from_m : INFINITY;
+}
+
+/* Nothing gets past the edge between two beams by what the sensor does along it: a level head's is upright. */
+TEST(only_what_goes_across_the_edge_lets_something_slip_through)
+{
+    const double still_m = free_from_m(0, 0, 0, 0, 0), slips_m = 0.01 / sin(geo_rad(0.25));
+    CHECK(still_m > 0.01 / sin(geo_rad(0.25)) && still_m < slips_m + 1);
+    CHECK_NEAR(free_from_m(0, 0, 0, 0.003, 0), still_m, 0.01, 0); /* a depth sensor's noise */
+    CHECK_NEAR(free_from_m(0, 0, 0, 0, 0.003), still_m, 0.01, 0); /* nor drift in depth */
+    CHECK(free_from_m(0, 0.003, 0, 0, 0) < still_m + 0.2);        /* other beams of the run point a little aside */
+    const double more_m = 0.9 * 0.003 / sin(geo_rad(0.25));
+    CHECK(free_from_m(0, 0, 0.003, 0, 0) > still_m + more_m);
+    /* a head on its side: its edges lie level */
+    CHECK(free_from_m(90, 0, 0, 0.003, 0) > still_m + more_m);
+    CHECK(free_from_m(90, 0, 0, 0, 0.003) > still_m + more_m);
+    CHECK_NEAR(free_from_m(90, 0, 0.003, 0, 0), still_m, 0.01, 0);
+}
+
 TEST(a_head_that_turns_back_begins_another_run)
 {
     struct drift_worth w;
@@ -203,6 +239,7 @@ int main(void)
     RUN(a_sweep_frees_what_it_has_passed_on_both_sides);
     RUN(a_gap_ends_a_run);
     RUN(beams_that_just_touch_let_something_slip_through);
+    RUN(only_what_goes_across_the_edge_lets_something_slip_through);
     RUN(a_head_that_turns_back_begins_another_run);
     RUN(a_wide_beam_frees_its_middle);
     RUN(a_sweep_of_wide_beams_frees_as_one_of_narrow_ones);
