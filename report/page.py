@@ -53,10 +53,10 @@ def plan_table(plan):
     return markdown_table(["stage", "of", "plan", "KiB", "proof", "why"], rows)
 
 
-def gnuplot(script, data, out):
-    """Runs HERE/SCRIPT.gp in the common style on the folder `data`, into the folder `out`."""
+def gnuplot(script, data, out, quiet=False):
+    """Runs HERE/SCRIPT.gp in the common style on the folder `data`, into the folder `out`; quiet: whatever it complains of."""
     subprocess.run(["gnuplot", "-e", f"data='{data}/'; out='{out}/'", os.path.join(HERE, "style.gp"),
-                    os.path.join(HERE, script + ".gp")], check=True)
+                    os.path.join(HERE, script + ".gp")], check=True, stderr=subprocess.DEVNULL if quiet else None)
 
 
 def figure(folder, match):

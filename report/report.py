@@ -356,7 +356,7 @@ class Report:
 
     def plot(self, script):
         try:
-            page.gnuplot(script, self.data, self.out)
+            page.gnuplot(script, self.data, self.out, self.size == "quick")
         except subprocess.CalledProcessError:
             if self.size != "quick":
                 raise
