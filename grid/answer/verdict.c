@@ -302,7 +302,7 @@ static bool was_looked_at(const struct verdict *v, struct verdict_part *part)
     const struct water_tile tile = {{part->end_at[0], part->end_at[1], part->end_at[2]}, LOOK_RAD};
     for (int i = 0; i < v->n_aside; i++) {
         struct water_view view = v->aside[i];
-        view.margin_m = view.margin_rad = 0;
+        view.margin_m = view.level_m = view.lift_m = view.margin_rad = 0;
         if (!water_covers(&view, &tile, part->end_m))
             continue;
         if (!part->oldest_ns)
