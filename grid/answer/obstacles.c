@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "overlap.h"
+#include "tunnel.h"
 
 static void take(struct obstacles_found *f, const struct sight *s, const struct obstacles_scene *scene)
 {
@@ -155,6 +156,9 @@ enum answer_reason obstacles_find(const struct obstacles_scene *scene, const str
                                   struct obstacles_found *found)
 {
     for (size_t k = 0; k < obstacles_parts(query); k++)
-        found[k] = (struct obstacles_found){.hint_m = INFINITY};
-    return query->around ? find_around(scene, &query->band, found) : find_along(scene, &query->line, found);
+        found[k] = (struct obstacles_found){.hint_m = INFINITY, .kept_m = INFINITY};
+    if (!query->moves)
+        return query->around ? find_around(scene, &query->band, found) : find_along(scene, &query->line, found);
+    tunnel_find(scene, &query->move, found);
+    return ANSWER_HEARD;
 }
