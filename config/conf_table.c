@@ -451,8 +451,8 @@ const struct conf_key conf_keys[] = {
          "below, so `limit` allows only `slow` until beams have passed there.\n"
          "They are as high as the vehicle from (height / 2 + margin + height of mount) / sin(half the height of\n"
          "the fan) on, with 1.5 angular_step subtracted from that half (docs/grid.md); --check works it out, and\n"
-         "says if `near` is less. At most the longest range of a sonar. Also applies to corridors in `blocked`,\n"
-         "and to what sonard-mavlink reports as free."},
+         "says if `near` is less. At most the longest range of a sonar. `blocked`, `sectors` and\n"
+         "sonard-mavlink count on it only in directions in which water was observed from somewhere within it on."},
     {"vehicle", "max_speed", LIVE, QUANTITY(1, "m/s", 0.01, 50), .standard = "told", .instead = "told",
      .instead_value = 0, CONF(vehicle.max_speed_mps),
      .help = "Maximum speed over ground. Without a fresh pose the vehicle may be anywhere reachable at this\n"
@@ -498,9 +498,9 @@ const struct conf_key conf_keys[] = {
     {"answers", "look_ahead", LIVE, QUANTITY(1, "m", 0.1, 200), .standard = "auto", .instead = "auto",
      .instead_value = 0, CONF(answers.look_ahead_m),
      .help = "How far the sectors of a ring are judged if the question gives no distance. clear: free up to\n"
-             "here. blocked: an obstacle is nearer, or the water before it is unknown. auto: radius and margin\n"
-             "of [vehicle] plus the stopping distance from max_speed (1 m/s if not set); at least 3 m, at most\n"
-             "the range of the sonars. free_to_m may be larger."},
+             "here. blocked: an obstacle is nearer. auto: radius and margin of [vehicle] plus the stopping\n"
+             "distance from max_speed (1 m/s if not set); at least 3 m, at most the range of the sonars.\n"
+             "free_to_m may be larger."},
 
     {"depth", "source", .kind = CONF_TEXT, .form = "modbus-rtu:DEVICE:BAUD, or modbus-tcp:ADDRESS:PORT",
      .standard = "none", .instead = "none", CONF(depth.source),

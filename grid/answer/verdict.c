@@ -296,21 +296,31 @@ static enum answer_reason outdated(const struct verdict *v, const struct water_v
     return way_m + view->margin_m > v->by.conf->move_limit_m ? ANSWER_MOVED : ANSWER_HEARD;
 }
 
+/* The answer is as old as the oldest that it could rest on. */
+static void count_age(struct verdict_part *part, const struct water_record *r)
+{
+    if (!part->oldest_ns || r->t_ns < part->oldest_ns)
+        part->oldest_ns = r->t_ns;
+}
+
 /* Did any sonar ever look there, as far as poses say where it was? */
-static bool was_looked_at(const struct verdict *v, const struct verdict_part *part)
+static bool was_looked_at(const struct verdict *v, struct verdict_part *part)
 {
     const struct water_tile tile = {{part->end_at[0], part->end_at[1], part->end_at[2]}, LOOK_RAD};
     for (int i = 0; i < v->n_aside; i++) {
         struct water_view view = v->aside[i];
         view.margin_m = view.margin_rad = 0;
-        if (water_covers(&view, &tile, part->end_m))
-            return true;
+        if (!water_covers(&view, &tile, part->end_m))
+            continue;
+        if (!part->oldest_ns)
+            count_age(part, view.record);
+        return true;
     }
     return false;
 }
 
 /* The gravest of those by which the water goes on where the records that count have it end. */
-static enum answer_reason reason_of_end(struct verdict *v, const struct verdict_part *part)
+static enum answer_reason reason_of_end(struct verdict *v, struct verdict_part *part)
 {
     enum answer_reason why = ANSWER_HEARD;
     set_limits_aside(v);
@@ -321,6 +331,7 @@ static enum answer_reason reason_of_end(struct verdict *v, const struct verdict_
         if (v->ask.part[0].used[i / 64] >> (i % 64) & 1) {
             const enum answer_reason one = outdated(v, &v->aside[i]);
             why = one > why ? one : why;
+            count_age(part, v->aside[i].record);
         }
     if (why != ANSWER_HEARD)
         return why;

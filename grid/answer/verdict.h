@@ -6,7 +6,8 @@
  *
  * Blocked: an obstacle of the picture lies within the distance asked. Clear: none does, and the water is free so far,
  * as the records have it, from the vehicle on, or from a place up to `near` on: nearer, `near` promises that nothing
- * stands that no beam shows. So where that place is not observed, the promise does not hold: nobody has looked.
+ * stands that no beam shows. So where that place is not observed, the promise does not hold: nobody has looked. Nor does
+ * it hold farther than to where something may have come that was shown elsewhere (promise.h).
  * Unknown: the rest. In any case the range is that of the nearest obstacle, which of a sector may be beyond the
  * distance.
  *

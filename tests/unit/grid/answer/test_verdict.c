@@ -164,7 +164,7 @@ TEST(each_reason_is_told)
     send();
     for (size_t i = 0; i < sizeof asks / sizeof *asks; i++) {
         by.clear_for_s = 0.5;
-        CHECK(asks[i](5, 1.5)->reason == ANSWER_STALE);
+        CHECK(asks[i](5, 1.5)->reason == ANSWER_STALE && asks[i](5, 1.5)->age_s > 0.5);
         by.clear_for_s = 30;
         now.lost = 1;
         CHECK(asks[i](5, 1.5)->reason == ANSWER_SILENT);
