@@ -512,7 +512,7 @@ static void draw_into_way(const struct question_shape *q, double range_m, double
 }
 
 /* Of the water that ends there; it may only begin too late for how far `near` holds. */
-static enum answer_reason reason_of_way(struct verdict *v, const struct verdict_part *part)
+static enum answer_reason reason_of_way(struct verdict *v, struct verdict_part *part)
 {
     const struct water_tile line = {{part->end_at[0], part->end_at[1], part->end_at[2]}, LOOK_RAD};
     const enum answer_reason why = reason_of_end(v, part);
@@ -528,6 +528,11 @@ static void turn_back(const struct verdict *v, double at[3])
         quat_rotate_inverse(v->by.now->pose.attitude, at, at);
 }
 
+static double age_of(const struct verdict *v, const struct verdict_part *part)
+{
+    return part->oldest_ns ? sight_seconds(v->by.now->now_ns, part->oldest_ns) : -1;
+}
+
 static void finish_way(struct verdict *v, struct verdict_part *part, const struct ask_answer *water)
 {
     static const double nowhere[3];
@@ -539,13 +544,15 @@ static void finish_way(struct verdict *v, struct verdict_part *part, const struc
     draw_into_way(&v->ask.question, part->end_m, part->end_at);
     part->found = false;
     if (water->oldest >= 0)
-        out->age_s = sight_seconds(v->by.now->now_ns, v->view[water->oldest].record->t_ns);
+        count_age(part, v->view[water->oldest].record);
+    out->age_s = age_of(v, part);
     doubt_way(out, ANSWER_BEYOND, part->met.hint_at, part->met.hint_m);
     doubt_way(out, ANSWER_OUTSIDE, nowhere, part->met.kept_m);
     doubt_way(out, ANSWER_BOTTOM, part->bottom_at, part->bottom_m);
     if (water->free_to_m >= out->known_m)
         return;
     const enum answer_reason why = reason_of_way(v, part);
+    out->age_s = age_of(v, part);
     memcpy(at, part->end_at, sizeof at);
     turn_back(v, at);
     doubt_way(out, why, at, water->free_to_m);
