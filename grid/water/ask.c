@@ -220,6 +220,7 @@ static void settle(struct ask *a, const struct ask_tile *w)
             continue;
         part->best_m = w->measure_m;
         memcpy(part->at, cone.v, sizeof part->at);
+        part->at_m = w->free_to_m;
     }
     a->over = a->question.asked.stops && a->part[0].best_m < a->question.asked.to_m;
 }
@@ -405,7 +406,8 @@ bool ask_step(struct ask *a)
 struct ask_answer ask_end(const struct ask *a, size_t part)
 {
     const struct ask_part *p = &a->part[part];
-    struct ask_answer answer = {.free_to_m = p->best_m, .at = {p->at[0], p->at[1], p->at[2]}, .oldest = -1};
+    struct ask_answer answer = {
+        .free_to_m = p->best_m, .at = {p->at[0], p->at[1], p->at[2]}, .at_m = p->at_m, .oldest = -1};
     for (int i = 0; i < a->n; i++)
         if (p->used[i / 64] >> (i % 64) & 1) {
             answer.records++;
