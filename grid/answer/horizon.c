@@ -60,26 +60,42 @@ struct ask_question horizon_question(const struct horizon *h)
     return (struct ask_question){.kind = ASK_AROUND,
                                  .near_m = h->start_m,
                                  .to_m = h->near_m + BEYOND_M,
-                                 .levels = 4,
+                                 .levels = TILES_LEVELS,
                                  .band = {.attitude = {1, 0, 0, 0},
                                           .from_rad = h->first * PART_RAD,
                                           .width_rad = h->n * PART_RAD,
                                           .parts = h->n}};
 }
 
+/* By how much it is uncertain where the newest record lies that showed the part's water. An old one tells nothing of
+ * that: the vehicle may have turned since, and brought in what nobody showed. */
+static void take_loose(struct promise_look *look, const struct ask *ask, uint32_t k, const struct horizon_now *now)
+{
+    int i = 0;
+    while (i < ask->n && !(ask->part[k].used[i / 64] >> (i % 64) & 1))
+        i++;
+    if (i == ask->n || sight_seconds(now->now_ns, now->view[i].record->t_ns) > PROMISE_LOOKED_S)
+        return;
+    look->loose_m = now->view[i].margin_m;
+    look->loose_rad = now->view[i].margin_rad;
+}
+
 /* What was found from start_m on. */
 static void take_part(struct horizon *h, struct promise_look *look, const struct ask *ask, uint32_t k,
-                      uint64_t now_ns)
+                      const struct horizon_now *now)
 {
     const struct ask_answer water = ask_end(ask, k);
     if (!(water.free_to_m > h->start_m))
         return;
     if (!h->nominal) {
+        if (h->start_m == h->near_m)
+            take_loose(look, ask, k, now);
         look->goes_on = look->goes_on || h->start_m == h->near_m;
         look->sure_m = look->sure_m > 0 ? look->sure_m : fmin(water.free_to_m, h->near_m);
     } else if (!look->showed && water.oldest >= 0) {
         look->showed = true;
-        look->age_s = sight_seconds(now_ns, ask->view[water.oldest].record->t_ns);
+        look->age_s = sight_seconds(now->now_ns, ask->view[water.oldest].record->t_ns);
+        take_loose(look, ask, k, now);
     }
 }
 
@@ -88,22 +104,25 @@ static bool is_open(struct horizon *h)
 {
     for (uint32_t k = 0; k < h->n; k++) {
         const struct promise_look *look = &h->look[part_at(h, k)];
-        if (!look->goes_on && !(h->nominal ? look->showed : look->sure_m > 0) &&
-            promise_heeds(&h->promise, grid_rad(h, part_at(h, k)), h->near_m))
+        const double az_rad = grid_rad(h, part_at(h, k));
+        if (look->goes_on || (h->nominal ? look->showed : look->sure_m > 0))
+            continue;
+        if (h->nominal ? promise_asks(&h->promise, az_rad, h->near_m)
+                       : promise_heeds(&h->promise, az_rad, h->near_m))
             return true;
     }
     return false;
 }
 
-bool horizon_take(struct horizon *h, const struct ask *ask, uint64_t now_ns)
+bool horizon_take(struct horizon *h, const struct ask *ask, const struct horizon_now *now)
 {
     for (uint32_t k = 0; k < h->n; k++)
-        take_part(h, &h->look[part_at(h, k)], ask, k, now_ns);
+        take_part(h, &h->look[part_at(h, k)], ask, k, now);
     if (is_open(h) && h->start_m > LEAST_SHARE * h->near_m) {
         h->start_m /= 2;
         return true;
     }
-    if (h->nominal || !h->drifts)
+    if (h->nominal)
         return false;
     h->nominal = true;
     h->start_m = h->near_m;
@@ -147,11 +166,41 @@ static bool begins_late(const struct horizon *h, uint32_t part, const struct wat
     return false;
 }
 
+/* So far beside water that was shown a part may be its edge. */
+static double edge_rad(const struct promise_look *by, double near_m)
+{
+    if (!(by->loose_m > 0))
+        return 0;
+    return by->loose_rad + asin(fmin(by->loose_m / near_m, 1)) + PART_RAD;
+}
+
+static const struct promise_look *shown_at(const struct horizon *h, uint32_t i)
+{
+    const struct promise_look *look = i < h->n ? &h->look[part_at(h, i)] : NULL;
+    return look && (look->goes_on || look->showed) ? look : NULL;
+}
+
+/* What shows nothing itself may be the edge of the nearest water that was shown. */
+static void take_edge(struct horizon *h, uint32_t i)
+{
+    const struct promise_look *by = NULL;
+    uint32_t off = 0;
+    for (; !by && off < h->n; by = by ? by : shown_at(h, i + off))
+        by = ++off <= i ? shown_at(h, i - off) : NULL;
+    if (!by || off * PART_RAD > edge_rad(by, h->near_m))
+        return;
+    struct promise_look *look = &h->look[part_at(h, i)];
+    look->loose_m = by->loose_m;
+    look->loose_rad = by->loose_rad;
+}
+
 void horizon_end(struct horizon *h, const struct water_view *view, int n, const struct water_view *all, int n_all)
 {
     for (uint32_t i = 0; i < h->n; i++) {
         const uint32_t k = part_at(h, i);
         struct promise_look *look = &h->look[k];
+        if (!shown_at(h, i))
+            take_edge(h, i);
         if (!h->drifts && !look->goes_on && promise_heeds(&h->promise, grid_rad(h, k), h->near_m)) {
             look->goes_on = look->sure_m == 0 && begins_late(h, k, view, n);
             look->blank = !is_seen(h, k, all, n_all);

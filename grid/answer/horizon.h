@@ -25,10 +25,16 @@ struct horizon {
 /** horizon_begin - of the parts within 45 degrees of `along`; promise: begun. False: there is nothing to be asked. */
 bool horizon_begin(struct horizon *h, const double along[3], double axes_rad, double near_m);
 
+/* When that is asked, and the records that it is asked of, with all that is uncertain. */
+struct horizon_now {
+    uint64_t now_ns;
+    const struct water_view *view;
+};
+
 /** horizon_question - what is to be asked next, of the records with all that is uncertain, or without where h->nominal
- * is set. horizon_take - its answers; false: that was all. now_ns, view: for which that was asked. */
+ * is set. horizon_take - its answers; false: that was all. */
 struct ask_question horizon_question(const struct horizon *h);
-bool horizon_take(struct horizon *h, const struct ask *ask, uint64_t now_ns);
+bool horizon_take(struct horizon *h, const struct ask *ask, const struct horizon_now *now);
 
 /** horizon_end - level_m is told. view: the records that count; all: that there are, whether they count or not. */
 void horizon_end(struct horizon *h, const struct water_view *view, int n, const struct water_view *all, int n_all);

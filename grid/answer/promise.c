@@ -75,8 +75,7 @@ static void spread_shown(struct promise *p, double az_rad, double range_m, doubl
     }
 }
 
-#define LOOKED_TURNS 2.2 /* in so many turns a head that goes to and fro has been everywhere again ... */
-#define LOOKED_S     1.0 /* ... and in so long a sonar that does not turn, whatever pings it loses */
+#define LOOKED_TURNS 2.2 /* in so many turns a head that goes to and fro has been everywhere again */
 
 /*
  * A mount off the middle looks elsewhere near by than far away: to the one side farther, to the other less. What was
@@ -106,7 +105,7 @@ static double unlooked_s(const struct promise *p)
 {
     if (p->frame->looks.first_turns && p->frame->turn_s <= 0)
         return INFINITY;
-    return fmax(fmax(LOOKED_TURNS * p->frame->turn_s, LOOKED_S), left_out_s(p));
+    return fmax(fmax(LOOKED_TURNS * p->frame->turn_s, PROMISE_LOOKED_S), left_out_s(p));
 }
 
 static void add_shown(struct promise *p, uint32_t direction, double last_s)
@@ -185,15 +184,18 @@ static double adrift_m(const struct promise *p, const struct promise_look *look,
 }
 
 /*
- * How far, in a beam that does not turn, the drift since its last ping may have brought in what stood beside it: so far
- * the direction is at the beam's edge, as seen from where the vehicle may be. Farther in, nearer to the vehicle. 0
- * where no ping tells since when.
+ * How far, in a beam that does not turn, what stood beside it at its last ping may be now, for all that is known of
+ * where the vehicle was and is, or for its drift since: so far the direction is at the beam's edge. Farther in, nearer
+ * to the vehicle. 0 where no ping tells.
  */
 static double edge_m(const struct promise *p, const struct looked *looked, const struct promise_look *look)
 {
-    const double in_rad = looked->still_rad;
-    const bool may_be = look->showed && in_rad > 0 && in_rad < GEO_PI / 2;
-    return may_be ? answer_drifted_m(p->now, look->age_s) / sin(in_rad) : 0;
+    const double in_rad = looked->still_rad - look->loose_rad;
+    const double drifted_m = look->showed ? answer_drifted_m(p->now, look->age_s) : 0;
+    const double aside_m = fmax(drifted_m, look->loose_m);
+    if (aside_m <= 0 || in_rad >= GEO_PI / 2)
+        return 0;
+    return in_rad > 0 ? aside_m / sin(in_rad) : (double)INFINITY;
 }
 
 /*
@@ -232,6 +234,13 @@ static void level_axis(double az_rad, double v[3])
     v[0] = cos(az_rad);
     v[1] = sin(az_rad);
     v[2] = 0;
+}
+
+bool promise_asks(struct promise *p, double az_rad, double near_m)
+{
+    double v[3];
+    level_axis(az_rad, v);
+    return p->now->pose.drift_mps > 0 || look_of(p, v, near_m).still_rad > 0;
 }
 
 bool promise_heeds(struct promise *p, double az_rad, double near_m)

@@ -8,7 +8,8 @@
 
 #include "sight.h"
 
-#define PROMISE_PARTS 64
+#define PROMISE_PARTS    64
+#define PROMISE_LOOKED_S 1.0 /* in so long a sonar that does not turn has looked again, whatever pings it loses */
 
 /* To whom it is given: a vehicle in that picture. */
 struct promise {
@@ -41,6 +42,9 @@ struct promise_look {
     bool
         showed; /* a record that counts showed water there, though the vehicle may have drifted out of it since ... */
     double age_s; /* ... so long ago */
+    /* The last ping lies so uncertainly that its edge may be here, though it showed water, or beside such water. 0:
+     * it does not, or was long ago. */
+    double loose_m, loose_rad;
     bool blank;   /* nobody ever looked there ... */
     bool between; /* ... but the looks leave out no more than lies between two of a sonar's beams */
 };
@@ -51,15 +55,10 @@ struct promise_look {
  */
 double promise_m(struct promise *p, double az_rad, const struct promise_look *look, double near_m);
 
-/** promise_heeds - may promise_m be less than near_m there, whatever the look? */
+/** promise_heeds - may promise_m be less than near_m there, whatever the look? promise_asks - does it depend on what
+ * was shown, whatever is uncertain since? */
 bool promise_heeds(struct promise *p, double az_rad, double near_m);
-
-/**
- * promise_come_m - how near what beams showed in other directions may stand by now, within half_rad of that azimuth of
- * the grid's axes, from its centre; INFINITY: nothing has come there. As it goes from the bottom to the surface its
- * elevation does not matter.
- */
-double promise_come_m(const struct promise *p, double az_rad, double half_rad);
+bool promise_asks(struct promise *p, double az_rad, double near_m);
 
 /**
  * promise_come_m - how near what beams showed in other directions may stand by now, within half_rad of that azimuth of

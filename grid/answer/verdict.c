@@ -631,7 +631,8 @@ static void look_around(struct verdict *v)
 
 static void end_look(struct verdict *v)
 {
-    if (horizon_take(&v->horizon, &v->ask, v->by.now->now_ns)) {
+    const struct horizon_now now = {v->by.now->now_ns, v->view};
+    if (horizon_take(&v->horizon, &v->ask, &now)) {
         ask_horizon(v);
         return;
     }

@@ -16,7 +16,7 @@
 #include "tiles.h"
 
 #define ASK_PARTS 720
-#define ASK_LEVEL 128 /* parts of the horizon, from north on */
+#define ASK_LEVEL 256 /* parts of the horizon, from north on */
 
 enum ask_kind {
     ASK_CONE,     /* axis, half_rad */
