@@ -193,7 +193,7 @@ static double edge_m(const struct promise *p, const struct looked *looked, const
     const double in_rad = looked->still_rad - look->loose_rad;
     const double drifted_m = look->showed ? answer_drifted_m(p->now, look->age_s) : 0;
     const double aside_m = fmax(drifted_m, look->loose_m);
-    if (aside_m <= 0 || in_rad >= GEO_PI / 2)
+    if (looked->still_rad <= 0 || aside_m <= 0 || in_rad >= GEO_PI / 2)
         return 0;
     return in_rad > 0 ? aside_m / sin(in_rad) : (double)INFINITY;
 }

@@ -213,6 +213,27 @@ TEST(near_holds_in_a_still_beam_as_far_as_drift_has_brought_its_edge)
     now.pose.drift_mps = 0;
 }
 
+/* The same where the last ping lies uncertainly, though it showed no water there; how long ago is not asked here. */
+TEST(near_holds_in_a_still_beam_as_far_as_its_edge_is_uncertain)
+{
+    static const struct {
+        double wide_deg, loose_m, loose_deg, known_m;
+    } row[] = {{60, 0.2, 0, 0.99}, {60, 0.2, 6, 1.93}, {60, 0.2, 12, 3},
+               {60, 0, 12, 0},     {90, 0.2, 0, 0.45}, {90, 0.2, 12, 0.80}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct picture_frame frame;
+        start();
+        looks_at(0, 0, false);
+        picture_get_frame(&picture, &frame);
+        open_still(&frame.looks, 0, row[i].wide_deg);
+        picture_begin(&picture);
+        picture_set_frame(&picture, &frame);
+        picture_end(&picture);
+        const struct promise_look look = {.loose_m = row[i].loose_m, .loose_rad = geo_rad(row[i].loose_deg)};
+        CHECK_NEAR(promised(13.5, look, 3), row[i].known_m, 0, 0.08);
+    }
+}
+
 /* A level direction that the fan has not freed, in that bearing: does near cover it? */
 static bool near_covers(double az_deg, double roll_deg, double pitch_deg)
 {
@@ -409,6 +430,7 @@ int main(void)
     RUN(near_covers_no_lost_ping_in_the_first_turns);
     RUN(near_covers_no_water_in_a_beam_that_stays);
     RUN(near_holds_in_a_still_beam_as_far_as_drift_has_brought_its_edge);
+    RUN(near_holds_in_a_still_beam_as_far_as_its_edge_is_uncertain);
     RUN(near_covers_no_place_at_which_a_still_fan_looks);
     RUN(near_covers_no_place_at_which_a_fan_off_the_middle_looks);
     RUN(near_follows_a_still_fan_to_another_mount);
