@@ -14,6 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "grid/answer/verdict.h"
 #include "lib/contest.h"
 #include "lib/drawn_sound.h"
 #include "lib/knob.h"
@@ -23,6 +24,7 @@
 #define SEEDS     8
 #define SECTORS   72
 #define LOOK_M    3.0 /* what a vehicle asks for */
+#define OWN_M     0.5 /* nearer water is the vehicle's own */
 #define PAST_M    0.25
 #define SLACK_M   0.3
 #define LEVEL_RAD 0.0873 /* up and down: 5 degrees */
@@ -179,16 +181,27 @@ static void ask(struct pipeline *pipeline, const struct conf *conf)
     const struct answer_conf limits = scans_limits(conf);
     const struct answer_now now = {
         .now_ns = sound.ping.t_in_ns, .pose_fresh = sound.world.posed, .pose = sound.ping.pose};
-    struct answer answer[SECTORS];
+    const struct obstacles_query query = {.around = true,
+                                          .band = {.lo_rad = -LEVEL_RAD,
+                                                   .hi_rad = LEVEL_RAD,
+                                                   .near_m = OWN_M,
+                                                   .reach_m = sound.world.range_m,
+                                                   .count = SECTORS}};
+    static struct verdict verdict;
+    struct records *records = pipeline_records(pipeline);
+    struct records_reading reading = {0};
 
-    answer_sectors(
-        pipeline_picture(pipeline), &limits, &now,
-        &(struct answer_band){.lo_rad = -LEVEL_RAD, .hi_rad = LEVEL_RAD, .reach_m = look_m(), .count = SECTORS},
-        answer);
-    for (int i = 0; i < SECTORS; i++)
-        said[CONTEST_SONARD][i] =
-            (struct said){answer[i].state, answer[i].state == ANSWER_BLOCKED ? answer[i].range_m : INFINITY,
-                          answer[i].free_to_m > answer[i].blind_to_m ? answer[i].free_to_m : 0.0};
+    records_open(records, &reading);
+    const struct verdict_evidence by = {pipeline_picture(pipeline), records->store, &reading.list, &limits, &now};
+    if (verdict_begin(&verdict, &by, &query, OWN_M))
+        while (verdict_step(&verdict))
+            ;
+    records_close(records, &reading);
+    for (size_t i = 0; i < SECTORS; i++) {
+        const struct answer *a = verdict_of(&verdict, i);
+        said[CONTEST_SONARD][i] = (struct said){a->state, a->state == ANSWER_BLOCKED ? a->range_m : INFINITY,
+                                                a->free_to_m > a->blind_to_m ? a->free_to_m : 0.0};
+    }
 }
 
 static void count_sector(struct count *n, const struct truth *t, const struct said *s)

@@ -3,11 +3,13 @@
 
 #include <string.h>
 
+#define RECORDS_GO 2 /* with each ping of a fan that stands: the last one, and that of all before it */
+
 uint32_t records_spare(int threads, uint32_t waiting)
 {
     const uint32_t clean_up = 2,
                    entered = 1; /* pings that one may release beside itself, and one that is entered */
-    return (uint32_t)threads * waiting + clean_up + entered + RECORDS_HELD + 1;
+    return RECORDS_GO * ((uint32_t)threads * waiting + clean_up + entered + RECORDS_HELD + 1);
 }
 
 static size_t store_at(void)

@@ -91,6 +91,22 @@ static struct ask_question way_question(const struct verdict *v)
     return q;
 }
 
+/* So far is asked from there on. Within `near` always as far as that, so that what is found there does not depend on
+ * the distance. */
+static double asked_to_m(const struct verdict *v, enum verdict_stage stage, double from_m)
+{
+    const double least_m = stage == VERDICT_WITHIN   ? near_of(v)
+                           : stage == VERDICT_BEYOND ? v->frame.range_max_m
+                                                     : 0;
+    return fmin(fmax(fmax(distance_of(v), least_m), from_m + WATER_GRID_M), FARTHEST_M);
+}
+
+/* Of the water beyond the distance sectors are told nothing. */
+static double most_asked_m(const struct verdict *v)
+{
+    return asked_to_m(v, v->query.around ? VERDICT_NEAR : VERDICT_BEYOND, near_of(v));
+}
+
 /* Of all parts, or of one of them. */
 static struct ask_question question_from(const struct verdict *v, size_t part, double from_m)
 {
@@ -99,7 +115,7 @@ static struct ask_question question_from(const struct verdict *v, size_t part, d
                                      : line->corridor ? ASK_CORRIDOR
                                                       : ASK_CONE,
                              .near_m = from_m,
-                             .to_m = fmin(fmax(distance_of(v), from_m + WATER_GRID_M), FARTHEST_M),
+                             .to_m = asked_to_m(v, v->part[part].stage, from_m),
                              .levels = levels_of(&v->query),
                              .loose_rad = is_ned(v) ? 0 : v->place.turned_rad,
                              .half_rad = line->half_angle_rad,
@@ -144,15 +160,15 @@ static double most_bottom_m(const struct verdict *v, const struct question_run *
     return most_m;
 }
 
-/* How far the parts that the tile touches are free of the bottom. Roots come from the lowest on, so most that are higher
- * can tell nothing nearer and are not divided. */
+/* How far the parts that the tile touches are free of the bottom. Roots come from the lowest on, so most that are
+ * higher can tell nothing nearer and are not divided. */
 static void heed_bottom_in(struct verdict *v, const struct question_shape *q, const struct bottom *bottom,
                            const struct tile_index *tile)
 {
     const struct water_tile cone = tiles_cone(tile);
     const struct question_run run = question_run(q, &cone);
     struct ask_stretch s;
-    if (!run.n || !question_stretch(q, &cone, q->asked.to_m, &s))
+    if (!run.n || !question_stretch(q, &cone, most_asked_m(v), &s))
         return;
     const double lowest = asin(fmax(-1, fmin(cone.v[2], 1))) + cone.half_rad + q->asked.loose_rad;
     const double free_m = bottom_reach_m(bottom, sin(fmin(lowest, GEO_PI / 2)));
@@ -358,36 +374,108 @@ static double farthest_start_m(const struct verdict *v)
 
 #define MORE 1.2 /* times as far, at least: a corridor has many lines that begin late */
 
-/* Where along a line records that count have the first free water between two ranges; INFINITY: nowhere. */
-static double begins_along(const struct verdict *v, const struct water_tile *line, double start_m, double most_m)
+#define STEP_M     (WATER_GRID_M / 4)
+#define STEP_SHARE 0.0625 /* of the range: the farther away, the fewer places are tried */
+
+/* Where beyond from_m the water begins to be free along a line, by one record; INFINITY: nowhere before most_m. */
+static double begins_by(const struct water_view *view, const struct water_tile *line, double from_m, double most_m)
+{
+    struct water_pieces said;
+    const double least_m = from_m + fmax(STEP_M, STEP_SHARE * from_m);
+    double begin_m = from_m, end_m = most_m;
+    if (!(from_m < most_m) || !water_touches(view, line, &begin_m, &end_m))
+        return INFINITY;
+    water_decide(view, line, begin_m, end_m, &said);
+    for (int k = 0; k < said.n; k++)
+        if (said.piece[k].says == WATER_FREE && said.piece[k].to_m > least_m)
+            return fmax(said.piece[k].from_m, least_m);
+    return INFINITY;
+}
+
+/* The same by all records that count. */
+static double begins_along(const struct verdict *v, const struct water_tile *line, double from_m, double most_m)
 {
     double least_m = INFINITY;
-    for (int i = 0; i < v->n; i++) {
-        struct water_pieces said;
-        double from_m = start_m, to_m = most_m;
-        if (!(from_m < to_m) || !water_touches(&v->view[i], line, &from_m, &to_m))
-            continue;
-        water_decide(&v->view[i], line, from_m, to_m, &said);
-        for (int k = 0; k < said.n; k++)
-            if (said.piece[k].says == WATER_FREE && said.piece[k].from_m > start_m)
-                least_m = fmin(least_m, said.piece[k].from_m);
+    for (int i = 0; i < v->n; i++)
+        least_m = fmin(least_m, begins_by(&v->view[i], line, from_m, most_m));
+    return least_m;
+}
+
+static double round_up(double range_m)
+{
+    return ceil(range_m / STEP_M) * STEP_M;
+}
+
+/* Where beyond from_m, along the line on which it ends, the water begins to be free, or a corridor ends; INFINITY:
+ * nowhere. */
+static double begins_m(const struct verdict *v, const struct verdict_part *part, double from_m, double most_m)
+{
+    const struct water_tile line = {{part->line_at[0], part->line_at[1], part->line_at[2]}, LOOK_RAD};
+    struct ask_stretch asked;
+    double least_m = INFINITY;
+    if (v->query.line.corridor && question_stretch(&v->ask.question, &line, v->ask.question.asked.to_m, &asked) &&
+        asked.to_m < most_m)
+        least_m = asked.to_m;
+    least_m = fmin(least_m, begins_along(v, &line, from_m, most_m));
+    return round_up(v->query.line.corridor ? fmax(least_m, MORE * from_m) : least_m);
+}
+
+/* The direction in the middle of a part, in the axes of the records. */
+static void middle_of(const struct verdict *v, size_t part, double axis[3])
+{
+    struct ask_band band;
+    if (!v->query.around) {
+        axis_of(v, axis);
+        return;
+    }
+    set_band(v, part, &band);
+    geo_direction((double)part * GEO_TURN / (double)v->parts, (band.lo_rad + band.hi_rad) / 2, axis);
+    quat_rotate(band.attitude, axis, axis);
+}
+
+#define NEWEST 4
+
+/* Where in the middle of a part the water begins within `near` by the newest records that have some of it; INFINITY:
+ * nowhere. */
+static double begins_within_m(const struct verdict *v, size_t part)
+{
+    struct water_tile line = {.half_rad = LOOK_RAD};
+    double least_m = INFINITY;
+    int n = 0;
+    middle_of(v, part, line.v);
+    for (int i = 0; i < v->n && n < NEWEST; i++) {
+        const double begin_m = begins_by(&v->view[i], &line, 0, near_of(v));
+        n += isfinite(begin_m);
+        least_m = fmin(least_m, begin_m);
     }
     return least_m;
 }
 
-/* Where beyond `near`, along the line on which it ends, the water begins to be free, or a corridor ends; INFINITY:
- * nowhere. */
-static double begins_m(const struct verdict *v, const struct verdict_part *part)
+/* Into n that grow. */
+static void insert(double *sorted, size_t n, double x)
 {
-    const struct water_tile tile = {{part->line_at[0], part->line_at[1], part->line_at[2]}, LOOK_RAD};
-    const double start_m = fmax(part->start_m, near_of(v)), most_m = farthest_start_m(v);
-    struct ask_stretch asked;
-    double least_m = begins_along(v, &tile, start_m, most_m);
-    if (v->query.line.corridor && question_stretch(&v->ask.question, &tile, v->ask.question.asked.to_m, &asked) &&
-        asked.to_m < most_m)
-        least_m = fmin(least_m, asked.to_m);
-    least_m = v->query.line.corridor ? fmax(least_m, MORE * start_m) : least_m;
-    return ceil(least_m / WATER_GRID_M) * WATER_GRID_M;
+    for (; n > 0 && sorted[n - 1] > x; n--)
+        sorted[n] = sorted[n - 1];
+    sorted[n] = x;
+}
+
+#define MOST_PARTS 0.75
+#define SOME_PARTS 24 /* evenly around */
+
+/* Where most parts' water begins, within `near`. The first of a corridor's lies to its sides, which few beams see. */
+static double most_begin_m(const struct verdict *v)
+{
+    double begin_m[SOME_PARTS];
+    const size_t some = v->parts < SOME_PARTS ? v->parts : SOME_PARTS;
+    size_t n = 0;
+    for (size_t k = 0; k < some && !v->query.line.corridor; k++) {
+        const double one_m = begins_within_m(v, k * v->parts / some);
+        if (isfinite(one_m))
+            insert(begin_m, n++, one_m);
+    }
+    if (n == 0)
+        return near_of(v);
+    return fmin(round_up(begin_m[(size_t)(MOST_PARTS * (double)(n - 1))]), near_of(v));
 }
 
 /* ---- the words ---- */
@@ -403,10 +491,18 @@ static double range_of(const struct verdict *v, const double at[3], double measu
     return ahead > 0 ? fmin(measure_m / ahead, wall_m) : wall_m;
 }
 
-/* What was found from start_m on. Why the water ends is told of the first look, or of the one that found some. */
+/* What was found from start_m on: rather what begins where it is promised. Why the water ends is told of the look
+ * from `near` on, or of the one that found some. */
 static void take_water(struct verdict *v, struct verdict_part *part, const struct ask_answer *water)
 {
-    if (water->free_to_m > part->start_m) {
+    const bool found = water->free_to_m > part->start_m, counts = part->start_m <= part->promised_m;
+    if (part->stage == VERDICT_BEYOND) {
+        part->free_m = fmax(part->free_m, water->free_to_m);
+        return;
+    }
+    const bool longer =
+        part->from_m > part->promised_m && water->free_to_m - part->start_m > part->free_m - part->from_m;
+    if (found && (counts || !part->found || longer)) {
         part->found = true;
         part->from_m = part->start_m;
         part->free_m = water->free_to_m;
@@ -415,7 +511,7 @@ static void take_water(struct verdict *v, struct verdict_part *part, const struc
     const double end_m = fmax(range_of(v, water->at, water->free_to_m), part->start_m);
     memcpy(part->line_at, water->at, sizeof part->line_at);
     draw_into_question(v, end_m, part->line_at);
-    if (part->starts == 1 || (part->found && part->from_m <= part->promised_m)) {
+    if ((found && counts) || (!part->found && part->start_m == near_of(v))) {
         memcpy(part->end_at, part->line_at, sizeof part->end_at);
         part->end_m = end_m;
     }
@@ -425,7 +521,7 @@ static void take_water(struct verdict *v, struct verdict_part *part, const struc
 static double barred_m(const struct verdict_part *part)
 {
     const double bar_m = fmin(part->bottom_m, part->hint_m);
-    return part->answer.state == ANSWER_BLOCKED ? fmin(bar_m, part->answer.near_m) : bar_m;
+    return fmin(bar_m, part->obstacle_m);
 }
 
 /* It is free as far as asked, or up to there, and all nearer is the vehicle's, or promised. */
@@ -436,21 +532,56 @@ static bool is_known(const struct verdict *v, const struct verdict_part *part)
            (part->from_m < to_m || to_m >= distance_of(v));
 }
 
-/* Up to where `near` holds; half as far, and again, as long as that is not the vehicle itself; then beyond it, where
- * the water begins. Negative: nowhere else. These are the same places for all distances. */
-static double next_start(const struct verdict *v, const struct verdict_part *part)
+#define WITHIN_STARTS 4
+
+/* Some of the water counts, and goes on to there, or to what else bars it. */
+static bool counts_to(const struct verdict_part *part, double to_m)
 {
-    if (part->starts == VERDICT_STARTS ||
-        (part->found && part->from_m <= part->promised_m && part->from_m < barred_m(part)))
+    const double bar_m = barred_m(part);
+    return part->found && part->from_m <= part->promised_m && part->from_m < bar_m &&
+           part->free_m >= fmin(to_m, bar_m);
+}
+
+/* Where along the line on which nothing was free the water begins within `near`, and then `near` itself: that and what
+ * is tried after it do not depend on what was found before. Negative: nothing more is to be asked. */
+static double next_within(const struct verdict *v, struct verdict_part *part)
+{
+    if (counts_to(part, near_of(v)))
         return -1;
+    const bool again = !part->found && part->starts < WITHIN_STARTS;
+    const double from_m = again ? begins_m(v, part, part->start_m, near_of(v)) : near_of(v);
+    if (from_m < near_of(v))
+        return from_m;
+    part->stage = VERDICT_NEAR;
+    return near_of(v);
+}
+
+/* Up to where `near` holds; half as far, and again, as long as that is not the vehicle itself; then beyond it, where
+ * the water begins, or begins again. Negative: nowhere else. These are the same places for all distances. */
+static double next_start(const struct verdict *v, struct verdict_part *part)
+{
+    if (part->starts == VERDICT_STARTS)
+        return -1;
+    if (part->stage == VERDICT_WITHIN)
+        return next_within(v, part);
     if (part->start_m <= near_of(v) && part->start_m > part->promised_m)
         return part->promised_m;
+    if (counts_to(part, 0))
+        return -1;
     if (part->start_m <= near_of(v) && part->start_m > v->own_m)
         return fmax(part->start_m / 2, v->own_m);
-    if (part->found)
+    if (part->free_m >= distance_of(v))
         return -1;
-    const double from_m = begins_m(v, part);
+    const double known_m = part->found ? part->free_m : near_of(v);
+    const double from_m = begins_m(v, part, fmax(part->start_m, known_m), farthest_start_m(v));
     return from_m > near_of(v) && from_m < farthest_start_m(v) ? from_m : -1;
+}
+
+/* The water of a cone or corridor that is free as far as asked may go on. */
+static bool goes_beyond(const struct verdict *v, const struct verdict_part *part)
+{
+    return !v->query.around && part->stage != VERDICT_BEYOND && part->free_m >= distance_of(v) &&
+           part->free_m < fmin(v->frame.range_max_m, barred_m(part));
 }
 
 static void give_water(const struct verdict_part *part, struct answer *a)
@@ -481,7 +612,11 @@ static void settle(struct verdict *v)
 {
     struct verdict_part *part = &v->part[v->next];
     const bool known = is_known(v, part);
-    const double from_m = known ? -1 : next_start(v, part);
+    double from_m = known ? -1 : next_start(v, part);
+    if (known && goes_beyond(v, part)) {
+        part->stage = VERDICT_BEYOND;
+        from_m = part->free_m;
+    }
     if (from_m >= 0) {
         ask_from(v, v->next, from_m);
         return;
@@ -665,16 +800,27 @@ static void take_obstacles(struct verdict *v, const struct obstacles_found *foun
         *part = (struct verdict_part){.bottom_m = INFINITY,
                                       .promised_m = near_of(v),
                                       .hint_m = f->hint_m,
+                                      .obstacle_m = f->any ? f->near_m : INFINITY,
                                       .against = f->hint_m < INFINITY ? ANSWER_BEYOND : ANSWER_HEARD,
                                       .answer = {.state = ANSWER_UNKNOWN, .age_s = -1}};
         part->met = *f;
         doubt(part, kept);
-        if (f->any)
+        if (f->any && (blocks || v->query.around))
             part->answer = (struct answer){.range_m = f->range_m, .range_sd_m = f->sd_m, .near_m = f->near_m};
         part->answer.state = blocks ? ANSWER_BLOCKED : ANSWER_UNKNOWN;
         part->answer.confidence = blocks ? f->confidence : 0;
         part->answer.age_s = blocks ? f->age_s : -1;
     }
+}
+
+/* Where the nearest obstacle of a cone or corridor begins that is beyond the distance; INFINITY: there is none. */
+static double beyond_m(const struct obstacles_scene *scene, const struct verdict *v)
+{
+    struct obstacles_query query = v->query;
+    struct obstacles_found found;
+    query.line.distance_m = most_asked_m(v);
+    obstacles_find(scene, &query, &found);
+    return found.any ? fmax(found.near_m, distance_of(v)) : INFINITY;
 }
 
 static bool look_at_picture(struct verdict *v)
@@ -689,6 +835,8 @@ static bool look_at_picture(struct verdict *v)
     }
     sight_locate(v->by.picture, &v->frame, v->by.conf, v->by.now, &v->place);
     take_obstacles(v, found, obstacles_find(&scene, &v->query, found));
+    if (!v->query.around && v->part[0].answer.state != ANSWER_BLOCKED)
+        v->part[0].obstacle_m = beyond_m(&scene, v);
     return true;
 }
 
@@ -703,6 +851,7 @@ bool verdict_begin(struct verdict *v, const struct verdict_evidence *by, const s
     v->parts = obstacles_parts(query);
     v->next = 0;
     v->all = true;
+    v->begun = false;
     v->n_aside = -1;
     v->horizon.n = 0;
     v->looking = false;
@@ -711,15 +860,8 @@ bool verdict_begin(struct verdict *v, const struct verdict_evidence *by, const s
         possible = look_at_picture(v);
     if (!possible)
         return false;
-    const struct store_now now = now_of(v);
-    v->n = store_look(by->store, by->list, &now, v->view);
-    if (v->query.moves) {
-        look_around(v);
-        return true;
-    }
-    ask_from(v, 0, near_of(v));
-    heed_bottom(v, &v->ask.question);
-    heed_shown(v);
+    if (!v->query.moves)
+        heed_shown(v);
     return true;
 }
 
@@ -736,8 +878,29 @@ static bool step_way(struct verdict *v)
     return false;
 }
 
+/* The first look at the records. */
+static void begin_asking(struct verdict *v)
+{
+    const struct store_now now = now_of(v);
+    v->begun = true;
+    v->n = store_look(v->by.store, v->by.list, &now, v->view);
+    if (v->query.moves) {
+        look_around(v);
+        return;
+    }
+    const double begin_m = most_begin_m(v);
+    for (size_t k = 0; k < v->parts; k++)
+        v->part[k].stage = begin_m < near_of(v) ? VERDICT_WITHIN : VERDICT_NEAR;
+    ask_from(v, 0, begin_m);
+    heed_bottom(v, &v->ask.question);
+}
+
 bool verdict_step(struct verdict *v)
 {
+    if (!v->begun) {
+        begin_asking(v);
+        return true;
+    }
     if (v->query.moves)
         return step_way(v);
     if (v->asking && ask_step(&v->ask))

@@ -6,8 +6,8 @@
  *
  * Blocked: an obstacle of the picture lies within the distance asked. Clear: none does, and the water is free so far,
  * as the records have it, from the vehicle on, or from a place up to `near` on: nearer, `near` promises that nothing
- * stands that no beam shows. So where that place is not observed, the promise does not hold: nobody has looked. Nor does
- * it hold farther than to where something may have come that was shown elsewhere (promise.h).
+ * stands that no beam shows. So where that place is not observed, the promise does not hold: nobody has looked. Nor
+ * does it hold farther than to where something may have come that was shown elsewhere (promise.h).
  * Unknown: the rest. In any case the range is that of the nearest obstacle, which of a sector may be beyond the
  * distance.
  *
@@ -30,19 +30,24 @@ struct verdict_evidence {
     const struct answer_now *now;
 };
 
-#define VERDICT_STARTS 8
+#define VERDICT_STARTS 12
+
+/* Where the water is asked about next: from where it begins, within `near`; from `near` on; beyond the distance. */
+enum verdict_stage { VERDICT_WITHIN, VERDICT_NEAR, VERDICT_BEYOND };
 
 /* Of the cone or corridor, or of a sector. */
 struct verdict_part {
     struct answer answer;
     enum answer_reason against; /* the gravest that stands against clear, whatever is free */
     double hint_m;       /* an echo nearer than `near` that is too little to block; INFINITY: there is none */
-    double bottom_m;     /* it begins here, in the question's measure, or INFINITY: nowhere, ... */
+    double obstacle_m;   /* the nearest may begin here; INFINITY: there is none */
+    double bottom_m;     /* it begins here, in the question's measure; INFINITY: nowhere, ... */
     double bottom_at[3]; /* ... in that direction */
     double promised_m;   /* `near` holds up to here */
-    int starts;          /* so often the water was asked, ... */
-    double start_m;      /* ... the last time from here on */
-    bool found;          /* some of it is free: */
+    enum verdict_stage stage;
+    int starts;     /* so often the water was asked, ... */
+    double start_m; /* ... the last time from here on */
+    bool found;     /* some of it is free: */
     double from_m, free_m;
     uint64_t oldest_ns;         /* the record that this rests on; 0: on none */
     double line_at[3];          /* in which direction it was free no farther the last time, ... */
@@ -58,7 +63,7 @@ struct verdict {
     struct picture_frame frame;
     struct sight_place place;
     size_t parts, next; /* of the parts the next one that is settled; at first all are asked together */
-    bool all, asking;
+    bool begun, all, asking;
     bool looking; /* how far `near` holds for a body that moves is being asked */
     struct horizon horizon;
     struct corridor corridor; /* the answer about it */

@@ -64,7 +64,10 @@ static bool is_loose(const struct pose *pose)
 /* Deaf once, it says nothing: a burst of noise, a lost pulse. Twice, something may be in front of it. */
 static struct row_beam beam_of(const struct beam_echoes *h, bool deaf_before, bool loose)
 {
-    struct row_beam b = {.az_rad = azimuth_of(h), .ends_m = INFINITY};
+    struct row_beam b = {.az_rad = azimuth_of(h),
+                         .near_m = (double)h->blind_m,
+                         .edge_near_m = (double)h->blind_m,
+                         .ends_m = INFINITY};
     if (frees(h) ? h->n > 0 && !loose : h->n > 0 || deaf_before)
         b.ends_m = frees(h) ? (double)h->free_to_m : 0;
     if (!frees(h))
@@ -74,6 +77,7 @@ static struct row_beam beam_of(const struct beam_echoes *h, bool deaf_before, bo
         return b;
     b.side_m = fmin((double)h->side_to_m, b.axis_m);
     b.edge_m = h->edge_to_m > h->edge_from_m ? fmin((double)h->edge_to_m, b.side_m) : 0;
+    b.edge_near_m = fmax((double)h->edge_from_m, b.near_m);
     return b;
 }
 
@@ -85,6 +89,8 @@ static void add_beam(struct beams_row *row, const struct row_beam *b)
         at--;
     if (at > 0 && row->beam[at - 1].az_rad == b->az_rad) {
         struct row_beam *same = &row->beam[at - 1];
+        same->near_m = fmax(same->near_m, b->near_m);
+        same->edge_near_m = fmax(same->edge_near_m, b->edge_near_m);
         same->axis_m = fmin(same->axis_m, b->axis_m);
         same->side_m = fmin(same->side_m, b->side_m);
         same->edge_m = fmin(same->edge_m, b->edge_m);
@@ -97,29 +103,6 @@ static void add_beam(struct beams_row *row, const struct row_beam *b)
 }
 
 /* ---- rows ---- */
-
-#define LATE_M 0.5 /* a beam that begins to detect so much later than ... */
-#define LATE_TIMES                                                                                                \
-    2.0 /* ... so many times the first one's range frees nothing, rather than that all of the row begins there */
-
-static double near_of(const struct echoes *e, uint16_t first, uint16_t end)
-{
-    double near_m = INFINITY;
-    for (uint16_t i = first; i < end; i++)
-        if (frees(&e->beam[i]))
-            near_m = fmin(near_m, (double)e->beam[i].blind_m);
-    return near_m;
-}
-
-/* Where all of the row detects. */
-static void set_near(struct row_shape *shape, const struct beam_echoes *h, double late_m)
-{
-    if (!frees(h) || (double)h->blind_m > late_m)
-        return;
-    shape->near_m = fmax(shape->near_m, (double)h->blind_m);
-    if (h->off_axis && h->edge_to_m > h->edge_from_m)
-        shape->edge_near_m = fmax(shape->edge_near_m, (double)h->edge_from_m);
-}
 
 /* Columns that the image of the beams so far may take, with one more behind them. */
 static size_t columns_with(const struct beams_row *row, size_t gaps)
@@ -153,7 +136,7 @@ static uint16_t end_of(const struct echoes *e, uint16_t first)
 bool beams_read(const struct echoes *e, const struct beams_deaf *deaf, uint16_t *next, struct beams_row *out)
 {
     const uint16_t first = *next, end = end_of(e, first);
-    const double late_m = LATE_TIMES * near_of(e, first, end) + LATE_M, el_rad = (double)e->beam[first].el_rad;
+    const double el_rad = (double)e->beam[first].el_rad;
     struct row_shape *shape = &out->shape;
     *next = end;
     out->n = 0;
@@ -167,9 +150,6 @@ bool beams_read(const struct echoes *e, const struct beams_deaf *deaf, uint16_t 
         struct row_beam b = beam_of(h, was_deaf(deaf, e, i), is_loose(&e->pose));
         if (e->n_beams > 1 && fabs(b.az_rad) >= WIDEST_RAD)
             continue;
-        if (frees(h) && (double)h->blind_m > late_m)
-            b.axis_m = b.side_m = b.edge_m = 0;
-        set_near(shape, h, late_m);
         add_beam(out, &b);
     }
     if (!out->n || !(shape->half_el_rad > 0 && shape->half_az_rad > 0))

@@ -20,7 +20,8 @@ struct deciding {
     const struct water_view *view;
     double v[3]; /* ahead, right, up */
     double half_rad;
-    double grid_m; /* ranges are divided at its multiples */
+    double lever_m; /* the sensor is so far from the vehicle */
+    double grid_m;  /* ranges are divided at its multiples */
     struct water_pieces *out;
 };
 
@@ -99,6 +100,17 @@ static double least_away(const double *from, const double *along, int n, double 
     return sqrt(sum);
 }
 
+/*
+ * By how much a point of the tile may be nearer to the sensor than the axis at the same t, or farther. With w the
+ * difference of their directions, |P|^2 - |A|^2 is 2 t at.w, for both are t from the vehicle: nothing where the sensor
+ * is there as well.
+ */
+static double nearer_m(const struct deciding *k, double t_m, double close_m)
+{
+    const double wide_m = t_m * k->half_rad, both_m = close_m - wide_m / 2;
+    return both_m > k->lever_m ? wide_m * k->lever_m / both_m : wide_m;
+}
+
 static struct thick thick_of(const struct deciding *k, const struct point *a, const struct point *b)
 {
     const double from[3] = {a->ahead, a->right, a->up};
@@ -109,7 +121,7 @@ static struct thick thick_of(const struct deciding *k, const struct point *a, co
                           .b = *b,
                           .aside_m = thick_m + k->view->margin_rad * far_m + spread_m[1],
                           .up_m = thick_m + k->view->lift_rad * far_m + spread_m[2],
-                          .along_m = thick_m + spread_m[0],
+                          .along_m = k->view->margin_m + nearer_m(k, b->t_m, close_m) + spread_m[0] + ROUNDING_M,
                           .close_m = close_m,
                           .far_m = far_m};
 }
@@ -190,15 +202,6 @@ static struct touched touch(const struct deciding *k, const struct thick *s)
 
 /* ---- the decision ---- */
 
-/* From where on the first and all rows of a part detect. */
-static struct span near_of(const struct water_image *image, const struct water_part *part)
-{
-    struct span near_m = {INFINITY, 0};
-    for (int row = part->row[0]; row <= part->row[1]; row++)
-        take(&near_m, image->near_m[row]);
-    return near_m;
-}
-
 /* What is said of a stretch as a whole; mixed: parts of it may be told otherwise. */
 static struct water_piece judge(const struct deciding *k, const struct thick *s)
 {
@@ -210,10 +213,10 @@ static struct water_piece judge(const struct deciding *k, const struct thick *s)
         return piece;
     const struct water_cell cell = water_image_of(&r->image, &t.part);
     const bool one = t.part.column[0] == t.part.column[1] && t.part.row[0] == t.part.row[1];
-    const struct span near_m = near_of(&r->image, &t.part);
-    const double least_m = cell.least * WATER_UNIT_M, most_m = (cell.most + 1) * WATER_UNIT_M,
+    const double from_m = cell.from * WATER_UNIT_M, least_m = cell.least * WATER_UNIT_M,
+                 most_m = (cell.most + 1) * WATER_UNIT_M,
                  ends_m = cell.ends == WATER_NO_END ? INFINITY : cell.ends * WATER_UNIT_M;
-    if (t.inside && nearest_m >= near_m.high && farthest_m <= least_m) {
+    if (t.inside && nearest_m >= from_m && farthest_m <= least_m) {
         piece.says = k->view->lost ? WATER_NOTHING : WATER_FREE;
         return piece;
     }
@@ -222,7 +225,7 @@ static struct water_piece judge(const struct deciding *k, const struct thick *s)
         return piece;
     }
     const bool may_end = farthest_m > ends_m;
-    const bool may_free = s->close_m < most_m && (!t.inside || s->far_m > near_m.low);
+    const bool may_free = s->close_m < most_m && (!t.inside || s->far_m > r->image.near_m);
     piece.says = may_end ? WATER_ENDED : WATER_NOTHING;
     piece.mixed = may_end || may_free;
     return piece;
@@ -285,12 +288,16 @@ static void clip_side(const struct deciding *k, double tan_az, double side, doub
 /* Of a wide tile a short stretch is seldom told apart from the next: its parts are asked where that matters. */
 static double grid_of(const struct water_tile *tile)
 {
-    return tile->half_rad > 0.04 ? 4 * WATER_GRID_M : tile->half_rad > 0.02 ? 2 * WATER_GRID_M : WATER_GRID_M;
+    return tile->half_rad > 0.04   ? 4 * WATER_GRID_M
+           : tile->half_rad > 0.02 ? 2 * WATER_GRID_M
+           : tile->half_rad > 0.01 ? WATER_GRID_M
+                                   : WATER_GRID_M / 4;
 }
 
 static struct deciding begin(const struct water_view *view, const struct water_tile *tile)
 {
-    struct deciding k = {.view = view, .half_rad = tile->half_rad, .grid_m = grid_of(tile)};
+    struct deciding k = {
+        .view = view, .half_rad = tile->half_rad, .lever_m = geo_length(view->at_m), .grid_m = grid_of(tile)};
     for (int i = 0; i < 3; i++)
         k.v[i] = (i < 2 ? 1 : -1) * geo_dot(tile->v, view->record->axis[i]);
     return k;

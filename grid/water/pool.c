@@ -12,7 +12,7 @@ static size_t whole(size_t bytes)
 
 static size_t room_of(uint32_t columns)
 {
-    return whole((columns + 1 + ROW_ROWS + 1 + ROW_ROWS) * sizeof(double) +
+    return whole((columns + 1 + ROW_ROWS + 1) * sizeof(double) +
                  water_image_cells(columns, ROW_ROWS) * sizeof(struct water_cell));
 }
 
@@ -117,7 +117,6 @@ static void copy(struct pool *p, uint32_t slot, const struct water_record *recor
     p->record[slot] = *record;
     image->tan_az = put(&room, from->tan_az, (from->columns + 1u) * sizeof(double));
     image->tan_el = put(&room, from->tan_el, (from->rows + 1u) * sizeof(double));
-    image->near_m = put(&room, from->near_m, from->rows * sizeof(double));
     image->cell = put(&room, from->cell, water_image_cells(from->columns, from->rows) * sizeof(struct water_cell));
 }
 

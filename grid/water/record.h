@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * record - what one ping of a sonar says of the water, in the frame in which it was observed: an image of ranges with
- * a pyramid of the least and greatest of them over it. A fan is a row of columns, a matrix of beams an image, and the
- * last beams of a turning head are a row as well. Written once, never resampled. Knows no question and no map.
+ * a pyramid of the least and greatest of them along each of its few rows. A fan is a row of columns, and the last beams
+ * of a turning head are a row as well. Written once, never resampled. Knows no question and no map.
  *
  * A column is as wide as the part of the water that is the beam's own: halfway to its neighbours, and the whole beam at
  * the ends. Off its axis a beam detects less, so each beam is several rows of the image: axis, side and edge (struct
- * beam_echoes). In a cell the water is free from its row's near_m to its range. From an echo on what older records
+ * beam_echoes). In a cell the water is free from its near range to its far one. From an echo on what older records
  * found free is so no more, and between the two, or without an echo, nothing is said.
  *
  * Azimuths and elevations are kept as tangents in the sensor's frame: no library's trigonometry decides an answer.
@@ -18,23 +18,21 @@
 #include <stdint.h>
 
 #define WATER_COLUMNS 520
-#define WATER_ROWS    96
-#define WATER_CELLS   16384 /* of an image with its pyramid */
-#define WATER_UNIT_M  0.01  /* of ranges, which are rounded down */
+#define WATER_UNIT_M  0.01 /* of ranges, which are rounded down */
 #define WATER_NO_END  UINT16_MAX
 
-/* Of a part of the image, in units: in all of it the water is free to `least`, in none of it farther than to `most`,
- * and nearer than `ends` no echo ends what is older. */
+/* Of a part of the image, in units: in all of it the water is free from `from` to `least`, in none of it farther than
+ * to `most`, and nearer than `ends` no echo ends what is older. */
 struct water_cell {
-    uint16_t least, most;
+    uint16_t from, least, most;
     uint16_t ends; /* WATER_NO_END: none does */
 };
 
 struct water_image {
     uint16_t columns, rows;
-    uint8_t levels;                /* of the pyramid; 0 is the image, the last one cell */
+    uint8_t levels; /* of the pyramid; 0 is the image, the last one a column: rows differ, and stay apart */
     const double *tan_az, *tan_el; /* [columns + 1], [rows + 1]: where they begin and end, growing */
-    const double *near_m;          /* [rows]: from there on it detects */
+    double near_m;                 /* nearer it is free nowhere */
     const struct water_cell *cell; /* level by level, row by row */
 };
 
@@ -69,7 +67,7 @@ void water_image_fill(struct water_image *image, struct water_cell *cell);
  * 0 .. n - 1 for any x. */
 int water_image_find(const double *between, int n, double x);
 
-/** water_image_of - what is said of at least that part: up to 4 x 4 cells of a level. */
+/** water_image_of - what is said of at least that part, in its rows alone: up to 8 columns of a level. */
 struct water_cell water_image_of(const struct water_image *image, const struct water_part *part);
 
 #endif

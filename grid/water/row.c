@@ -5,15 +5,18 @@
 
 #include "grid/echoes.h"
 
+#define ROUNDING 1e-6
+
 static uint16_t units(double m)
 {
     return (uint16_t)(m > 0 ? fmin(floor(m / WATER_UNIT_M), UINT16_MAX - 3) : 0);
 }
 
-static struct water_cell cell_of(double to_m, double ends_m)
+static struct water_cell cell_of(double from_m, double to_m, double ends_m)
 {
-    const uint16_t to = units(to_m);
-    return (struct water_cell){to, to, ends_m < INFINITY ? units(ends_m) : WATER_NO_END};
+    const uint16_t to = units(to_m), ends = ends_m < INFINITY ? units(ends_m) : WATER_NO_END;
+    const double from = ceil(fmax(from_m, 0) / WATER_UNIT_M - ROUNDING);
+    return from < to ? (struct water_cell){(uint16_t)from, to, to, ends} : (struct water_cell){0, 0, 0, ends};
 }
 
 /* What a column holds of its beam: all of it, or what lies off its axis to one side. */
@@ -32,7 +35,6 @@ struct writing {
     uint32_t columns;
     bool nested;    /* some beam detects less off its axis: what is so has columns of its own ... */
     bool coarse;    /* ... but for those there is no room: a beam has one */
-    bool edges;     /* two beams have only their edges between them */
     double end_rad; /* of the last one */
     double share_az[ROW_ROWS + 1], share_el[ROW_ROWS + 1];
 };
@@ -63,7 +65,7 @@ static bool is_nested(const struct row_beam *beam)
 /* The part of a beam that is so far off its axis. */
 static enum part part_at(const struct writing *w, double off_rad)
 {
-    const double share = off_rad / w->shape->half_az_rad - 1e-6;
+    const double share = off_rad / w->shape->half_az_rad - ROUNDING;
     return share <= w->share_az[3] ? PART_AXIS : share <= w->share_az[4] ? PART_SIDE : PART_EDGE;
 }
 
@@ -79,16 +81,18 @@ static double seam_share(const struct row_shape *shape, const struct row_beam *b
     return fmin(most_rad / shape->half_az_rad, 1);
 }
 
+#define NARROWEST 0.95 /* of a part that seams leave hardly any height nothing is gained */
+
 /*
  * What the pattern takes to the side and what it takes upward add up: a part is an ellipse about the axis. Columns and
- * rows make a rectangle within it: as wide as the row's seams want, and no wider than it is high.
+ * rows make a rectangle within it, which is as wide as the row's seams are; or a square, where those lie outside it.
  */
 static void set_shares(struct writing *w, double seam)
 {
     for (int i = 0; i <= ROW_ROWS; i++)
         w->share_az[i] = w->share_el[i] = row_share[i];
     for (int i = 3; i < ROW_ROWS; i++) {
-        w->share_az[i] = fmin(seam, row_share[i] / sqrt(2));
+        w->share_az[i] = seam < NARROWEST * row_share[i] ? seam + ROUNDING : row_share[i] / sqrt(2);
         w->share_el[i] = sqrt(row_share[i] * row_share[i] - w->share_az[i] * w->share_az[i]);
         w->share_az[ROW_ROWS - i] = -w->share_az[i];
         w->share_el[ROW_ROWS - i] = -w->share_el[i];
@@ -129,29 +133,42 @@ static void add_beams(struct writing *w, const struct row_beam *beam, size_t n)
         if (gap)
             add_column(w, &(struct column){&beam[i], PART_NOTHING, false},
                        fmax(beam[i + 1].az_rad - shape->half_az_rad, middle + ROW_TOUCH_RAD / 2));
-        else if (!last && w->nested)
-            w->edges = w->edges || part_at(w, middle - beam[i].az_rad) == PART_EDGE;
     }
     add_beam(w, &beam[n - 1], true, shape->outer_rad[1]);
 }
 
-/* The edge detects from edge_near_m on: where other rows begin nearer, they say nothing of it. Where beams have only
- * their edges between them, all of the row begins there. */
+/* From where to where the beam is free in a part of it. */
+static struct water_cell cell_in(const struct writing *w, const struct row_beam *beam, enum part part,
+                                 double join_m, double ends_m)
+{
+    const double to_m = part == PART_AXIS   ? beam->axis_m
+                        : part == PART_SIDE ? beam->side_m
+                        : part == PART_EDGE ? beam->edge_m
+                                            : 0;
+    const double near_m = part == PART_EDGE && w->nested ? beam->edge_near_m : beam->near_m;
+    return cell_of(fmax(near_m, join_m), to_m, ends_m);
+}
+
+/* A cell is as far off the axis as its column or its row, whichever is farther. */
 static void write_cells(const struct writing *w)
 {
-    const bool edge_later = !w->edges && w->shape->edge_near_m > w->shape->near_m;
+    static const enum part part_of_row[ROW_ROWS] = {PART_EDGE, PART_SIDE, PART_AXIS, PART_SIDE, PART_EDGE};
     for (uint32_t i = 0; i < w->columns; i++) {
-        const struct row_beam *beam = w->column[i].beam;
-        const enum part part = w->column[i].part;
-        const double edge_m = edge_later ? 0 : beam->edge_m;
-        const double side_m = part == PART_EDGE ? edge_m : beam->side_m,
-                     axis_m = part == PART_AXIS ? beam->axis_m : side_m;
-        const double to_m[ROW_ROWS] = {beam->edge_m, side_m, axis_m, side_m, beam->edge_m};
-        for (uint32_t row = 0; row < ROW_ROWS; row++)
-            w->room->cell[row * w->columns + i] =
-                part == PART_NOTHING ? cell_of(0, INFINITY)
-                                     : cell_of(to_m[row], w->column[i].beyond ? INFINITY : beam->ends_m);
+        const struct column *c = &w->column[i];
+        const double ends_m = c->beyond || c->part == PART_NOTHING ? INFINITY : c->beam->ends_m;
+        for (uint32_t row = 0; row < ROW_ROWS; row++) {
+            const enum part part = c->part > part_of_row[row] ? c->part : part_of_row[row];
+            w->room->cell[row * w->columns + i] = cell_in(w, c->beam, part, w->shape->join_m[row], ends_m);
+        }
     }
+}
+
+static double nearest_m(const struct row_beam *beam, size_t n)
+{
+    double near_m = INFINITY;
+    for (size_t i = 0; i < n; i++)
+        near_m = fmin(near_m, fmin(beam[i].near_m, beam[i].edge_near_m));
+    return near_m;
 }
 
 void row_write(struct water_record *record, struct row_room *room, const struct row_shape *shape,
@@ -169,14 +186,10 @@ void row_write(struct water_record *record, struct row_room *room, const struct 
         record->echoes = record->echoes || beam[i].ends_m < INFINITY;
     for (int row = 0; row <= ROW_ROWS; row++)
         room->tan_el[row] = tan(shape->el_rad + w.share_el[row] * shape->half_el_rad);
-    for (int row = 0; row < ROW_ROWS; row++)
-        room->near_m[row] = fmax(shape->join_m[row], row == 0 || row + 1 == ROW_ROWS || w.edges
-                                                         ? fmax(shape->near_m, shape->edge_near_m)
-                                                         : shape->near_m);
     record->image = (struct water_image){.columns = (uint16_t)w.columns,
                                          .rows = ROW_ROWS,
                                          .tan_az = room->tan_az,
                                          .tan_el = room->tan_el,
-                                         .near_m = room->near_m};
+                                         .near_m = nearest_m(beam, n)};
     water_image_fill(&record->image, room->cell);
 }

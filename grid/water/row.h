@@ -17,8 +17,9 @@
 struct row_beam {
     double az_rad; /* in the record's frame, within 80 degrees */
     double axis_m, side_m, edge_m;
-    double ends_m; /* from there on an echo ends older water; INFINITY: there is none */
-    bool apart;    /* nothing is said between it and the next one, be they as near as they may */
+    double near_m, edge_near_m; /* from there on; at its edge */
+    double ends_m;              /* from there on an echo ends older water; INFINITY: there is none */
+    bool apart;                 /* nothing is said between it and the next one, be they as near as they may */
 };
 
 /* Parts of the opening's height and width, from below to above: no row of the image reaches beyond. */
@@ -28,15 +29,14 @@ extern const double row_share[ROW_ROWS + 1];
 struct row_shape {
     double half_az_rad;
     double el_rad, half_el_rad; /* together within 80 degrees */
-    double near_m, edge_near_m; /* they detect from there on; at their edges ... */
-    double join_m[ROW_ROWS];    /* ... and no two of them leave a gap between them, by row of the image */
+    double join_m[ROW_ROWS];    /* from there on no two of them leave a gap between them, by row of the image */
     double from_rad, to_rad;    /* azimuths where the first one's own part begins and the last one's ends ... */
     double outer_rad[2];        /* ... and their openings: in between nothing ends what is older */
 };
 
 /* Room for a row; the record's image points into it. */
 struct row_room {
-    double tan_az[WATER_COLUMNS + 1], tan_el[ROW_ROWS + 1], near_m[ROW_ROWS];
+    double tan_az[WATER_COLUMNS + 1], tan_el[ROW_ROWS + 1];
     struct water_cell cell[WATER_COLUMNS * 11];
 };
 

@@ -116,13 +116,36 @@ void store_follow(struct store *s, const struct pose *pose)
 
 /* ---- pings ---- */
 
-/* The record before goes if it is spared. */
+/* The record that holds all pings from this place but for a new one; NULL: none does. From time to time another one is
+ * begun, for it is as old as its oldest ping. */
+static const struct water_record *base_of(const struct water_record *before, const struct water_record *middle,
+                                          const struct water_record *record)
+{
+    if (!thin_is_still(middle, record))
+        return NULL;
+    const bool holds = before && before->newest_ns == middle->newest_ns;
+    return holds && record->newest_ns - before->t_ns <= THIN_JOINED_NS && thin_is_still(before, record) ? before
+                                                                                                        : middle;
+}
+
+/* The record before goes if it is spared, or joins those from the same place, as the newest does. */
 static void keep_thinned(struct store *s, const struct water_record *record)
 {
     const struct water_record *middle = pool_of(&s->pool, record->sensor, 0),
                               *before = pool_of(&s->pool, record->sensor, 1);
-    if (middle && before && middle->newest_ns <= record->t_ns && before->newest_ns <= middle->t_ns &&
-        thin_spares(before, middle, record))
+    struct water_record joined;
+    const bool follows = middle && middle->newest_ns <= record->t_ns,
+               follow = follows && before && before->newest_ns <= middle->newest_ns;
+    const struct water_record *base = follows ? base_of(follow ? before : NULL, middle, record) : NULL;
+    if (base) {
+        const uint32_t seq = middle->seq;
+        const bool both = base != middle;
+        thin_join(base, record, &joined, &s->joined);
+        pool_drop(&s->pool, record->sensor, seq);
+        if (both)
+            pool_drop(&s->pool, record->sensor, seq);
+        pool_keep(&s->pool, &joined);
+    } else if (follow && thin_spares(before, middle, record))
         pool_drop(&s->pool, record->sensor, middle->seq);
     pool_keep(&s->pool, record);
 }

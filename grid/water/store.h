@@ -32,8 +32,8 @@ struct store {
     uint64_t t_at_ns; /* ... by then */
     uint64_t discontinuities, withdrawn;
     struct store_sensor sensor[STORE_SENSORS];
-    struct beams_row row; /* scratch, as is room */
-    struct row_room room;
+    struct beams_row row; /* scratch, as are these */
+    struct row_room room, joined;
 };
 
 struct store_conf {

@@ -159,7 +159,7 @@ static void meet(const struct sweep *s, const struct sweep_look *middle, double 
         y += across[1] * off_m;
     }
     const double size = xx * yy - xy * xy;
-    at_m[0] = fmin((x * yy - y * xy) / size, middle->shape.near_m);
+    at_m[0] = fmin((x * yy - y * xy) / size, middle->beam.near_m);
     at_m[1] = (y * xx - x * xy) / size;
 }
 
@@ -177,7 +177,7 @@ static double end_of(const struct sweep *s, const struct water_record *by, int w
 /* A beam was sent from before, beside and above the row's place: what ranges allow for, which is returned, and what is
  * left. */
 static double take_look(const struct sweep_look *look, const struct water_record *middle,
-                        struct water_record *record, struct row_shape *shape, struct row_beam *beam)
+                        struct water_record *record, struct row_beam *beam)
 {
     const struct water_record *at = &look->at;
     double off_m[3] = {0, 0, 0}; /* in the beam's axes */
@@ -187,7 +187,7 @@ static double take_look(const struct sweep_look *look, const struct water_record
     const double along_m = off_m[0], aside_m = fabs(off_m[1]), up_m = fabs(off_m[2]),
                  highest = highest_rad(&look->shape, 0), half = look->shape.half_az_rad;
     const double bent_m = hypot(aside_m + fabs(along_m) * sin(half), up_m + fabs(along_m) * sin(highest));
-    const double near_m = fmax(look->shape.near_m, fmin(BENT_LEAST * bent_m, BENT_ENOUGH_M));
+    const double near_m = fmax(look->beam.near_m, fmin(BENT_LEAST * bent_m, BENT_ENOUGH_M));
     const double left_m = fabs(along_m) * (1 - cos(highest) * cos(half)) + aside_m * sin(half) +
                           up_m * sin(highest) + (near_m > 0 ? bent_m * bent_m / near_m : 0);
     const double spread_m[3] = {left_m, aside_m, up_m + fabs(along_m) * sin(highest)};
@@ -201,8 +201,8 @@ static double take_look(const struct sweep_look *look, const struct water_record
         record->spread_m[j] = fmax(record->spread_m[j], spread_m[j]);
     record->uncertain_m = fmax(record->uncertain_m, at->uncertain_m);
     record->tilt_rad = fmax(record->tilt_rad, at->tilt_rad + tilt(at, middle));
-    shape->near_m = fmax(shape->near_m, near_m + along_m);
-    shape->edge_near_m = fmax(shape->edge_near_m, fmax(look->shape.edge_near_m, near_m) + along_m);
+    beam->near_m = near_m + along_m;
+    beam->edge_near_m = fmax(look->beam.edge_near_m, near_m) + along_m;
     return along_m;
 }
 
@@ -237,11 +237,10 @@ void sweep_write(const struct sweep *s, struct water_record *record, struct row_
     meet(s, middle, at_m);
     for (int k = 0; k < 3; k++)
         record->place_m[k] += at_m[0] * middle->at.axis[0][k] + at_m[1] * middle->at.axis[1][k];
-    shape.near_m = shape.edge_near_m = 0;
     for (int i = s->first; i <= last; i++) {
         /* clockwise or not, azimuths grow */
         const int k = s->sense < 0 ? last - i : i - s->first, next = s->sense < 0 ? i - 1 : i + 1;
-        const double along_m = take_look(&s->look[i], &middle->at, record, &shape, &beam[k]);
+        const double along_m = take_look(&s->look[i], &middle->at, record, &beam[k]);
         beam[k].apart = next >= s->first && next <= last && are_apart(s, i, next);
         if (i > s->first && !s->look[i].apart)
             take_join(&s->look[i], along_m, &shape);

@@ -2,6 +2,7 @@
 #include "thin.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "grid/geometry.h"
 
@@ -10,11 +11,16 @@
 #define ALIKE_M   0.05    /* ends of free water that differ by less are the same */
 #define ALIKE_TAN 1e-9
 
-static bool is_near(const struct water_record *a, const struct water_record *b)
+static double way_m(const struct water_record *a, const struct water_record *b)
 {
     const double way[3] = {a->place_m[0] - b->place_m[0], a->place_m[1] - b->place_m[1],
                            a->place_m[2] - b->place_m[2]};
-    bool near = geo_length(way) <= NEAR_M && fabs(a->drift_m[0] - b->drift_m[0]) <= NEAR_M;
+    return geo_length(way);
+}
+
+static bool is_near(const struct water_record *a, const struct water_record *b)
+{
+    bool near = way_m(a, b) <= NEAR_M && fabs(a->drift_m[0] - b->drift_m[0]) <= NEAR_M;
     for (int k = 0; k < 3; k++)
         near = near && geo_dot(a->axis[k], b->axis[k]) >= NEAR_COS;
     return near;
@@ -79,4 +85,78 @@ bool thin_spares(const struct water_record *before, const struct water_record *m
             return false;
     }
     return true;
+}
+
+/* ---- pings from one place ---- */
+
+#define STILL_M   0.01
+#define STILL_RAD 1e-3
+
+/* The angle between their axes. */
+static double turned_rad(const struct water_record *a, const struct water_record *b)
+{
+    double trace = 0;
+    for (int k = 0; k < 3; k++)
+        trace += geo_dot(a->axis[k], b->axis[k]);
+    return acos(fmax(-1, fmin(1, (trace - 1) / 2)));
+}
+
+static bool is_same(const double *a, const double *b, int n)
+{
+    for (int i = 0; i < n; i++)
+        if (fabs(a[i] - b[i]) > ALIKE_TAN)
+            return false;
+    return true;
+}
+
+bool thin_is_still(const struct water_record *older, const struct water_record *newer)
+{
+    const struct water_image *a = &older->image, *b = &newer->image;
+    if (way_m(older, newer) > STILL_M || newer->path_m - older->path_m > STILL_M ||
+        turned_rad(older, newer) > STILL_RAD || a->columns != b->columns || a->rows != b->rows ||
+        !is_same(a->tan_az, b->tan_az, a->columns + 1) || !is_same(a->tan_el, b->tan_el, a->rows + 1))
+        return false;
+    for (int i = 0; older->echoes && i < a->columns * a->rows; i++)
+        if (a->cell[i].ends != WATER_NO_END &&
+            b->cell[i].least * WATER_UNIT_M > a->cell[i].ends * WATER_UNIT_M + ALIKE_M)
+            return false;
+    return true;
+}
+
+/* A newer echo ends what an older ping found free. Where the two do not touch, the longer one stays. */
+static struct water_cell join_cells(struct water_cell older, struct water_cell newer)
+{
+    const uint16_t ends = older.ends < newer.ends ? older.ends : newer.ends;
+    struct water_cell all = newer;
+    older.least = older.least < newer.ends ? older.least : newer.ends;
+    if (older.from >= older.least)
+        return (struct water_cell){all.from, all.least, all.least, ends};
+    if (older.from <= newer.least && newer.from <= older.least && newer.from < newer.least)
+        all = (struct water_cell){.from = older.from < newer.from ? older.from : newer.from,
+                                  .least = older.least > newer.least ? older.least : newer.least};
+    else
+        all = older.least - older.from > newer.least - newer.from ? older : newer;
+    return (struct water_cell){all.from, all.least, all.least, ends};
+}
+
+void thin_join(const struct water_record *older, const struct water_record *newer, struct water_record *joined,
+               struct row_room *room)
+{
+    const struct water_image *a = &older->image, *b = &newer->image;
+    *joined = *older;
+    joined->newest_ns = newer->newest_ns;
+    joined->seq = newer->seq;
+    joined->uncertain_m = fmax(older->uncertain_m, newer->uncertain_m + way_m(older, newer));
+    joined->tilt_rad = fmax(older->tilt_rad, newer->tilt_rad + turned_rad(older, newer));
+    for (int k = 0; k < 3; k++)
+        joined->spread_m[k] = fmax(older->spread_m[k], newer->spread_m[k]);
+    joined->echoes = older->echoes || newer->echoes;
+    memcpy(room->tan_az, b->tan_az, (b->columns + 1u) * sizeof *b->tan_az);
+    memcpy(room->tan_el, b->tan_el, (b->rows + 1u) * sizeof *b->tan_el);
+    for (int i = 0; i < b->columns * b->rows; i++)
+        room->cell[i] = join_cells(a->cell[i], b->cell[i]);
+    joined->image.tan_az = room->tan_az;
+    joined->image.tan_el = room->tan_el;
+    joined->image.near_m = fmin(a->near_m, b->near_m);
+    water_image_fill(&joined->image, room->cell);
 }

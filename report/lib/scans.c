@@ -17,7 +17,7 @@ struct pipeline *scans_start(const struct conf *conf, uint32_t beams)
 
     plan_make(conf, &plan);
     wiring_pipeline(conf, &plan, true, &p);
-    p.max_beams = beams;
+    p.max_beams = p.beams[0] = beams;
     p.max_samples = beams * p.max_bins;
     struct pipeline *pipeline = pipeline_new(&p, &fault);
     if (!pipeline) {

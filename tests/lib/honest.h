@@ -533,7 +533,8 @@ enum question { CONE, CORRIDOR, SECTORS, NEAREST, COLLISION, LIMIT, FREE_TO, REC
 static const char *const names[] = {"cone",  "corridor",  "sectors", "nearest", "time_to_collision",
                                     "limit", "free_to_m", "records"};
 /* Amply clear: no point is within so much of what was asked, nor so much behind it. Of a way, what is held back counts
- * where beams have been at all of it that is nearer than `near`: else a lost ping may have passed over what is there. */
+ * where beams have been at all of it that is nearer than `near`: else a lost ping may have passed over what is
+ * there. */
 #define AMPLE_M 0.5
 
 #define WHYS (ANSWER_NO_DATA + 1)
@@ -618,8 +619,8 @@ static double echo_m(const json_t *answer)
     return says(answer, "blocked") ? number(answer, "range_m") : INFINITY;
 }
 
-/* Which points an answer speaks of: none nearer than from_m, and up to near_m those in sight alone. For what else stands
- * there breaks the promise of `near`. */
+/* Which points an answer speaks of: none nearer than from_m, and up to near_m those in sight alone. For what else
+ * stands there breaks the promise of `near`. */
 struct spoken {
     double from_m, near_m;
 };

@@ -47,7 +47,8 @@ static struct pose pose_of(uint32_t seq)
 {
     struct pose pose = pose_identity;
     pose.has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH;
-    pose.position_m[0] = seq % 2 * 0.5; /* too far apart for any to be spared */
+    pose.position_m[0] = seq % 2 * 0.5; /* too far apart for any to be spared, or joined */
+    pose.path_m = 0.5 * seq;
     return pose;
 }
 

@@ -139,6 +139,26 @@ TEST(near_holds_up_to_what_is_observed)
     }
 }
 
+/* Also where `near` promises it; and beyond the distance, in a cone or corridor, up to what ends it. */
+TEST(water_is_told_from_where_it_was_observed)
+{
+    begin();
+    send();
+    for (size_t i = 0; i < sizeof asks / sizeof *asks; i++) {
+        const struct answer *a = asks[i](5, 3);
+        CHECK(a->state == ANSWER_CLEAR && a->blind_to_m >= 0.75);
+        CHECK(a->blind_to_m <= 0.8125 || asks[i] == corridor);
+        CHECK_NEAR(a->free_to_m, asks[i] == sector ? 5 : 9.9, 0, 0.15);
+    }
+    for (int i = 0; i < BEAMS; i++) {
+        beam[i].free_to_m = 2;
+        beam[i].n = 1;
+    }
+    send();
+    for (size_t i = 0; i < sizeof asks / sizeof *asks; i++)
+        CHECK(asks[i] == corridor || (asks[i](5, 3)->blind_to_m < 1 && asks[i](5, 3)->free_to_m > 1.9));
+}
+
 TEST(nothing_is_promised_where_nobody_looked)
 {
     begin();
@@ -456,6 +476,7 @@ int main(void)
     RUN(clear_to_a_distance_is_clear_to_every_shorter_one);
     RUN(what_is_next_to_the_vehicle_must_be_observed_or_promised);
     RUN(near_holds_up_to_what_is_observed);
+    RUN(water_is_told_from_where_it_was_observed);
     RUN(nothing_is_promised_where_nobody_looked);
     RUN(blocked_is_an_obstacle_within_the_distance);
     RUN(an_echo_within_near_that_is_too_little_to_block_bars_the_water);

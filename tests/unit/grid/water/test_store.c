@@ -264,6 +264,33 @@ TEST(a_fan_is_thinned_and_what_one_ping_alone_shows_is_kept)
     CHECK_NEAR(free_at(-1.5, 0), 3.9, 0, 0.13);
 }
 
+/* In a third of its pings each beam detects to its full range at its edges, as far as its neighbour does so in another
+ * third. */
+TEST(what_a_still_fan_frees_in_some_pings_is_free)
+{
+    begin(MOST, 1);
+    for (int k = 0; k < 40; k++) {
+        for (int i = 0; i < MOST; i++) {
+            beam[i].off_axis = true;
+            beam[i].side_to_m = 10;
+            beam[i].edge_from_m = 0.1f;
+            beam[i].edge_to_m = (i + k) % 3 ? 2 : 10;
+        }
+        send();
+    }
+    CHECK(store->pool.n <= 4);
+    CHECK_NEAR(free_at(0, 0), 10, 0, 0.13);
+    CHECK_NEAR(free_at(0.5, 0), 10, 0, 0.13);
+    for (int i = 0; i < MOST; i++) {
+        beam[i].n = 1;
+        beam[i].free_to_m = beam[i].side_to_m = beam[i].edge_to_m = 6;
+    }
+    send();
+    CHECK_NEAR(free_at(0.5, 0), 6, 0, 0.13);
+    ping.t_ns += 28 * SECOND; /* the echo stays, whatever frees the water before it */
+    CHECK_NEAR(free_at(0.5, 0), 6, 0, 0.13);
+}
+
 TEST(a_fan_that_moves_is_kept)
 {
     begin(MOST, 1);
@@ -424,6 +451,28 @@ TEST(off_its_axis_a_beam_frees_no_more_than_it_detects)
     CHECK_NEAR(free_at(0, 5), 7, 0, 0.13);
 }
 
+/* Tiles over many beams lie in the parts on their axes alone: what the edges above and below lack takes nothing of
+ * them. */
+TEST(many_beams_are_as_free_as_the_part_of_them_that_is_asked)
+{
+    begin(40, 1);
+    for (int i = 0; i < 40; i++) {
+        beam[i].az_rad = (float)geo_rad(0.5 * (i - 19.5));
+        beam[i].off_axis = true;
+        beam[i].side_to_m = 10;
+        beam[i].edge_from_m = 0.1f;
+        beam[i].edge_to_m = 3;
+    }
+    send();
+    static struct water_view view[ASK_RECORDS];
+    for (int levels = 2; levels <= TILES_LEVELS; levels++) {
+        const struct ask_question q = {
+            .axis = {1}, .half_rad = geo_rad(2), .near_m = START_M, .to_m = 9, .levels = levels};
+        CHECK_NEAR(ask_free(view, look(view), &q).free_to_m, 9, 0, 0.01);
+    }
+    CHECK_NEAR(free_at(0, 10), 3, 0, 0.13);
+}
+
 /* Halfway to a neighbour a beam detects as at its edge, where they do not overlap; with too many beams for columns of
  * their own all of each is free as far as that. */
 TEST(between_two_beams_no_more_is_free_than_they_detect_there)
@@ -580,6 +629,7 @@ int main(void)
     RUN(a_head_that_is_deaf_twice_ends_what_both_beams_looked_at);
     RUN(an_own_echo_ends_what_is_behind_it);
     RUN(a_fan_is_thinned_and_what_one_ping_alone_shows_is_kept);
+    RUN(what_a_still_fan_frees_in_some_pings_is_free);
     RUN(a_fan_that_moves_is_kept);
     RUN(old_water_is_free_no_more);
     RUN(a_ping_whose_pose_is_hardly_known_ends_nothing);
@@ -589,6 +639,7 @@ int main(void)
     RUN(way_uncertainty_and_drift_make_water_smaller);
     RUN(a_lost_sonar_ends_water_and_frees_none);
     RUN(off_its_axis_a_beam_frees_no_more_than_it_detects);
+    RUN(many_beams_are_as_free_as_the_part_of_them_that_is_asked);
     RUN(between_two_beams_no_more_is_free_than_they_detect_there);
     RUN(what_a_beam_alone_frees_no_other_takes_away);
     RUN(what_is_wider_than_a_row_is_cut);
