@@ -18,7 +18,7 @@ void verdict_job_begin(struct verdict_job *job)
 {
     job->now = query_now(job->d);
     job->limits = grid_limits(job->grid);
-    job->query.line.near_m = job->query.band.near_m = query_near_m(job->d);
+    job->query.line.near_m = job->query.band.near_m = job->query.move.near_m = query_near_m(job->d);
     records_open(pipeline_records(job->d->pipeline), &job->reading);
     job->more = ask(job);
     if (!job->more)

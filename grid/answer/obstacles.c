@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "overlap.h"
+#include "tunnel.h"
 
 static void take(struct obstacles_found *f, const struct sight *s, const struct obstacles_scene *scene)
 {
@@ -332,7 +333,11 @@ enum answer_reason obstacles_find(const struct obstacles_scene *scene, const str
                                   struct obstacles_found *found)
 {
     for (size_t k = 0; k < obstacles_parts(query); k++)
-        found[k] = (struct obstacles_found){.hint_m = INFINITY};
+        found[k] = (struct obstacles_found){.hint_m = INFINITY, .kept_m = INFINITY};
+    if (query->moves) {
+        tunnel_find(scene, &query->move, found);
+        return ANSWER_HEARD;
+    }
     const enum answer_reason kept =
         query->around ? find_around(scene, &query->band, found) : find_along(scene, &query->line, found);
     for (size_t k = 0; k < obstacles_parts(query); k++)

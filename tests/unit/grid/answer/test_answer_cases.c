@@ -7,8 +7,6 @@
 
 #include "tests/lib/sphere_rig.h"
 
-#include "grid/answer/corridor.h"
-
 static const struct sphere_conf usual = {.angular_step_rad = 3 * GEO_PI / 180,
                                          .layers = {.r_max_m = 30, .dr_m = 0.05, .n_const = 29, .growth = 1.035},
                                          .max_cells = 20000,
@@ -55,21 +53,6 @@ struct question {
     double az_rad, el_rad, distance_m, radius_m, half_height_m, margin_m, half_angle_rad, age_s;
 };
 
-static enum answer_state by_corridor(const struct question *q)
-{
-    const struct corridor_body body = {
-        .radius_m = q->radius_m, .half_height_m = q->half_height_m, .margin_m = q->margin_m, .near_m = 0.5};
-    struct corridor_query query = {.most_m = q->distance_m};
-    struct corridor corridor;
-    struct answer_now then = now;
-    then.now_ns += (uint64_t)(q->age_s * 1e9);
-    geo_direction(q->az_rad, q->el_rad, query.direction);
-    corridor_look(sphere_picture(sphere), &limits, &then, &body, &query, &corridor);
-    if (isfinite(corridor.blocked_m))
-        return ANSWER_BLOCKED;
-    return corridor.known_m >= q->distance_m - 1e-9 ? ANSWER_CLEAR : ANSWER_UNKNOWN;
-}
-
 static enum answer_state by_direction(const struct question *q, bool corridor)
 {
     const struct answer_query query = {.az_rad = q->az_rad,
@@ -87,7 +70,7 @@ static enum answer_state by_direction(const struct question *q, bool corridor)
 
 static enum answer_state ask_as(const struct question *q, int way)
 {
-    return way == 0 ? by_corridor(q) : by_direction(q, way == 1);
+    return by_direction(q, way == 1);
 }
 
 /* A question for no less: each of the sizes grows or stays. */
@@ -125,7 +108,7 @@ TEST(q6_whatever_grows_blocked_never_becomes_clear)
                                  .margin_m = 0.3 * test_uniform(&seed),
                                  .half_angle_rad = 0.1 * test_uniform(&seed),
                                  .age_s = 10 * test_uniform(&seed)};
-            const int way = i % 3;
+            const int way = i % 2;
             enum answer_state before = ask_as(&q, way);
             for (int step = 0; step < 5; step++) {
                 q = more(&q, &seed);
@@ -139,7 +122,7 @@ TEST(q6_whatever_grows_blocked_never_becomes_clear)
     }
     printf("# clear %u, blocked %u, unknown %u; blocked to clear %u, unknown to clear %u\n", states[ANSWER_CLEAR],
            states[ANSWER_BLOCKED], states[ANSWER_UNKNOWN], bad, worse);
-    CHECK(states[ANSWER_CLEAR] > 500 && states[ANSWER_BLOCKED] > 500);
+    CHECK(states[ANSWER_CLEAR] > 400 && states[ANSWER_BLOCKED] > 500);
     CHECK_INT(bad, 0);
     CHECK_INT(worse, 0);
 }

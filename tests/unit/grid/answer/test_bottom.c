@@ -3,7 +3,6 @@
 #include "tests/lib/picture_rig.h"
 
 #include "grid/answer/bottom.h"
-#include "grid/answer/corridor.h"
 #include "grid/answer/nearest.h"
 
 static uint64_t seed;
@@ -170,31 +169,6 @@ TEST(sectors_and_the_nearest_end_there_too)
     CHECK(n.unknown_share > 0.3 && n.unknown_share < 0.7);
 }
 
-/* The bottom ends a dive, also where near promises water, and where nobody has looked. */
-TEST(a_body_does_not_sink_into_the_bottom)
-{
-    static const struct corridor_body body = {.radius_m = 0.3, .half_height_m = 0.2, .margin_m = 0.1, .near_m = 2};
-    const struct corridor_query dive = {.direction = {0, 0, 1}, .ned = true, .most_m = 10},
-                                level = {.direction = {1, 0, 0}, .ned = true, .most_m = 2};
-    for (int blank = 0; blank < 2; blank++) {
-        struct corridor c;
-        start(true, 1.2);
-        if (blank)
-            start_with(rings_full(&rings, geo_rad(3)), true);
-        now.pose.has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH | POSE_ALTITUDE;
-        now.pose.altitude_m = 1.2;
-        corridor_look(&picture, &limits, &now, &body, &dive, &c);
-        CHECK_INT(c.reason, ANSWER_BOTTOM);
-        CHECK(c.known_m > 0.8 && c.known_m <= surely_m(1.2));
-        CHECK(isinf(c.blocked_m));
-        corridor_look(&picture, &limits, &now, &body, &level, &c);
-        CHECK_INT(c.reason, blank ? ANSWER_NEVER : ANSWER_HEARD);
-        now.pose.altitude_m = 0.3; /* the body stands in it */
-        corridor_look(&picture, &limits, &now, &body, &level, &c);
-        CHECK(c.reason == ANSWER_BOTTOM && c.known_m < 0.1);
-    }
-}
-
 /* An obstacle stays one, whatever is below it; the bottom itself is none. */
 TEST(the_bottom_neither_blocks_nor_hides)
 {
@@ -221,7 +195,6 @@ int main(void)
     RUN(the_bottom_is_as_far_below_the_grids_centre_as_below_the_vehicle_and_what_it_has_sunk);
     RUN(the_body_has_no_down);
     RUN(sectors_and_the_nearest_end_there_too);
-    RUN(a_body_does_not_sink_into_the_bottom);
     RUN(the_bottom_neither_blocks_nor_hides);
     return test_end();
 }

@@ -4,8 +4,8 @@
  * may lie there by now, on a picture made by hand.
  */
 #include "tests/lib/picture_rig.h"
+#include "tests/lib/way_rig.h"
 
-#include "grid/answer/corridor.h"
 #include "grid/answer/nearest.h"
 #include "grid/answer/sight.h"
 
@@ -56,11 +56,11 @@ static bool is_clear(int what, bool ned)
                                     .from_rad = geo_rad(-3),
                                     .width_rad = geo_rad(6),
                                     .reach_m = TO_M};
-    const struct corridor_body body = {.radius_m = 0.2, .half_height_m = 0.2, .margin_m = 0.1, .near_m = 0.7};
-    const struct corridor_query line = {.direction = {1, 0, 0}, .ned = ned, .most_m = TO_M};
+    const struct corridor_body body = {.radius_m = 0.2, .half_height_m = 0.2, .margin_m = 0.1};
+    const struct corridor_query line = {
+        .body = body, .direction = {1, 0, 0}, .ned = ned, .most_m = TO_M, .near_m = 0.7};
     static struct answer a[60];
     struct nearest nearest;
-    struct corridor corridor;
     switch (what) {
     case CONE:
     case LINE:
@@ -73,8 +73,7 @@ static bool is_clear(int what, bool ned)
         nearest_look(&picture, &limits, &now, &n, &nearest);
         return nearest.state == ANSWER_CLEAR;
     default:
-        corridor_look(&picture, &limits, &now, &body, &line, &corridor);
-        return corridor.reason == ANSWER_HEARD && corridor.known_m >= TO_M && isinf(corridor.blocked_m);
+        return isinf(find_in_way(&picture, &limits, &now, &line).near_m);
     }
 }
 

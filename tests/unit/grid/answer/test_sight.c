@@ -5,7 +5,6 @@
  */
 #include "tests/lib/picture_rig.h"
 
-#include "grid/answer/corridor.h"
 #include "grid/answer/nearest.h"
 #include "grid/answer/sight.h"
 
@@ -85,17 +84,6 @@ TEST(an_answer_is_as_old_as_the_water_asked_about)
         CHECK_NEAR(n.age_s, row[i].age_s, 0, 1e-9);
         CHECK_NEAR(c.confidence, 1 - row[i].age_s / asked.clear_for_s, 0, 1e-9);
     }
-}
-
-TEST(a_corridor_is_as_old_as_the_water_that_the_body_enters)
-{
-    const struct corridor_body body = {.radius_m = 0.3, .half_height_m = 0.2, .margin_m = 0.1, .near_m = 0.7};
-    const struct corridor_query q = {.direction = {1, 0, 0}, .ned = true, .most_m = 4};
-    struct corridor c;
-    start(SLIVER_S);
-    corridor_look(&picture, &asked, &now, &body, &q, &c);
-    CHECK_NEAR(c.known_m, q.most_m, 0, 1e-9);
-    CHECK_NEAR(c.age_s, FRESH_S, 0, 1e-9);
 }
 
 /* An older bin beside the last ping's water takes nothing from it when it is too old, and a vehicle that has moved
@@ -473,7 +461,6 @@ TEST(a_glance_says_what_a_look_does)
 int main(void)
 {
     RUN(an_answer_is_as_old_as_the_water_asked_about);
-    RUN(a_corridor_is_as_old_as_the_water_that_the_body_enters);
     RUN(what_is_too_old_ends_the_water_there_alone);
     RUN(water_stays_free_while_no_ping_comes);
     RUN(each_doubt_of_the_place_takes_from_both_ends_of_the_water);

@@ -6,10 +6,10 @@
 #include "tests/lib/sphere_rig.h"
 
 #include "core/fault.h"
-#include "grid/answer/corridor.h"
 #include "grid/answer/nearest.h"
 #include "grid/answer/next_look.h"
 #include "tests/lib/ranking.h"
+#include "tests/lib/way_rig.h"
 
 #define STEP_DEG 2.0
 
@@ -206,17 +206,15 @@ static void check_nearest(bool ned)
     CHECK_NEAR(a.unknown_share, b.unknown_share, 0, 1e-9);
 }
 
-static void check_corridor(bool ned, double az_rad)
+static void check_way(bool ned, double az_rad)
 {
-    const struct corridor_body body = {.radius_m = 0.2, .half_height_m = 0.1, .margin_m = 0.05, .near_m = 0.5};
-    struct corridor_query q = {.ned = ned, .most_m = 6};
-    struct corridor a, b;
+    struct corridor_query q = {
+        .body = {.radius_m = 0.2, .half_height_m = 0.1, .margin_m = 0.05}, .ned = ned, .most_m = 6, .near_m = 0.5};
     geo_direction(az_rad, 0.01, q.direction);
-    corridor_look(sphere_picture(fixed), &limits, &now, &body, &q, &a);
-    corridor_look(sphere_picture(follow), &limits, &now, &body, &q, &b);
-    CHECK_INT(a.reason, b.reason);
-    CHECK(isinf(a.blocked_m) ? isinf(b.blocked_m) : fabs(a.blocked_m - b.blocked_m) < 1e-5);
-    CHECK_NEAR(a.known_m, b.known_m, 0, 1e-5);
+    const struct obstacles_found a = find_in_way(sphere_picture(fixed), &limits, &now, &q),
+                                 b = find_in_way(sphere_picture(follow), &limits, &now, &q);
+    CHECK(isinf(a.near_m) ? isinf(b.near_m) : fabs(a.near_m - b.near_m) < 1e-5);
+    CHECK(isinf(a.hint_m) ? isinf(b.hint_m) : fabs(a.hint_m - b.hint_m) < 1e-5);
 }
 
 static void check_next_look(void)
@@ -258,7 +256,7 @@ TEST(a_turn_by_whole_steps_changes_no_answer)
             const double az = geo_rad(4.0 * k + 0.37);
             const struct answer a = told(fixed, az, 5, 4), b = told(follow, az, 5, 4);
             check_same(&a, &b);
-            check_corridor(k % 2, az);
+            check_way(k % 2, az);
         }
         yaw_deg += step_deg * (double)(6 + test_random(&seed) % 100);
         head(geo_rad(yaw_deg));
