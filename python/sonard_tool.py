@@ -6,6 +6,7 @@ import os
 import re
 import signal
 import sys
+import threading
 
 
 class Parser(argparse.ArgumentParser):
@@ -34,6 +35,8 @@ def reason(fault):
 
 def end_on_signals():
     """SIGTERM and SIGHUP end the program as an interrupt does: unfinished files are removed."""
+    if threading.current_thread() is not threading.main_thread():
+        return  # of another program
     for number in (signal.SIGTERM, signal.SIGHUP):
         if signal.getsignal(number) == signal.SIG_DFL:
             signal.signal(number, lambda which, frame: sys.exit(128 + which))

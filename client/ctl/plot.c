@@ -165,7 +165,7 @@ static void draw_sectors(FILE *out, const struct polar *polar, const json_t *sec
         fprintf(out, "<path fill=\"%s\" d=\"", state_fill(state));
         annular_sector(out, RING_IN, RING_OUT, az - width / 2 + gap, az + width / 2 - gap);
         fprintf(out, "\"/>\n");
-        if (strcmp(state, "blocked") == 0 && polar_number(sector, "range_m", 0, polar->range_m, &range)) {
+        if (polar_number(sector, "range_m", 0, polar->range_m, &range)) {
             const double r = range / polar->range_m * DISC;
 
             fprintf(out, "<path fill=\"" NEAREST "\" d=\"");

@@ -16,6 +16,7 @@ struct ring {
     struct {
         enum severity severity;
         double range_m, free_to_m;
+        double wall_m; /* the nearest obstacle, beyond the distance too; INFINITY: none */
     } sector[SECTORS_MAX];
 };
 
@@ -36,6 +37,7 @@ static void read_ring(struct ring *ring, const json_t *result)
 
         ring->sector[i].severity = severity_of(json_string_value(json_object_get(sector, "state")));
         ring->sector[i].range_m = json_number_value(json_object_get(sector, "range_m"));
+        ring->sector[i].wall_m = ring->sector[i].range_m > 0 ? ring->sector[i].range_m : INFINITY;
         ring->sector[i].free_to_m = json_number_value(json_object_get(sector, "free_to_m"));
     }
 }
@@ -98,7 +100,7 @@ static void draw_plan(struct canvas *canvas, const struct ring *ring, double ran
         for (int x = -radius; x <= radius; x++) {
             const double r_dots = hypot(x, y);
             const int k = sector_at(ring, atan2(x, -y) / RAD_PER_DEG);
-            const double wall_m = ring->sector[k].severity == BLOCKED ? ring->sector[k].range_m : INFINITY;
+            const double wall_m = ring->sector[k].wall_m;
 
             if (r_dots > radius)
                 continue;

@@ -9,7 +9,7 @@ from lib import ALL, SCHEMAS, Client, RpcError, Skipped, check, expect_refusal, 
 # All methods, written out: what the table of methods says is not taken for true here.
 CHANGES = ("pose", "pose_withdraw", "grid_lock", "background_learn", "background_stop", "background_save",
            "background_load", "background_forget", "map_new", "map_forget", "map_save", "map_load", "map_export", "map_move",
-           "record_start", "record_stop", "reload", "replay")
+           "record_start", "record_stop", "reload", "reload_check", "replay")
 ASKS = ("version", "status", "stats", "sensors", "plan", "sectors", "blocked", "explain", "nearest", "limit",
         "time_to_collision", "clusters", "next_look", "grid_list", "grid_cells", "image", "background", "map", "map_slice",
         "map_submaps", "surface", "point", "box", "path", "watch", "unwatch")
