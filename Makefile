@@ -29,8 +29,10 @@ GPIOD    := $(or $(firstword $(subst ., ,$(shell $(PKG_CONFIG) --modversion libg
 # Without libwebsockets there is no sonard-web.
 WEB      := $(if $(shell $(PKG_CONFIG) --modversion libwebsockets 2>/dev/null),web)
 PACKAGES := libmodbus inih jansson liblz4 libzstd zlib $(if $(filter-out 0,$(GPIOD)),libgpiod)
+# Captures outgrow the offsets of 32 bits that such machines have by default.
+LARGE    := $(if $(filter arm% i%86%,$(shell $(CC) -dumpmachine 2>/dev/null)),-D_FILE_OFFSET_BITS=64)
 ALLCFLAGS = -std=c17 -iquote . $(WARN) $(HARDEN) $(CPPFLAGS) $(CFLAGS) -ffp-contract=off -fno-math-errno -fno-trapping-math -fPIE \
-            -ffile-prefix-map=$(CURDIR)=. -D_GNU_SOURCE -D_FILE_OFFSET_BITS=64 -DSONARD_VERSION='"$(VERSION)"' -DSONARD_GPIOD=$(GPIOD) \
+            -ffile-prefix-map=$(CURDIR)=. -D_GNU_SOURCE $(LARGE) -DSONARD_VERSION='"$(VERSION)"' -DSONARD_GPIOD=$(GPIOD) \
             $(shell $(PKG_CONFIG) --cflags $(PACKAGES) 2>/dev/null) -MMD -MP \
             $(if $(SAN),-fsanitize=$(SAN) -fno-omit-frame-pointer -fno-sanitize-recover=all)
 LDFLAGS  += -pie -Wl,-z,relro,-z,now $(if $(SAN),-fsanitize=$(SAN))
