@@ -88,10 +88,12 @@ struct answer {
 void answer_direction(struct picture *p, const struct answer_conf *conf, const struct answer_now *now,
                       const struct answer_query *query, struct answer *out);
 
-/* The sectors of a ring: sector k of `count` (1..ANSWER_SECTORS_MAX) is centred on k * 2pi/count. */
+/* The sectors of a ring: sector k of `count` (1..ANSWER_SECTORS_MAX) is centred on k * 2pi/count, or where width_rad is
+ * above 0 (answer_sectors knows no such) the k-th of so many that share what reaches clockwise from from_rad. */
 struct answer_band {
     bool ned; /* otherwise of the body */
     double lo_rad, hi_rad;
+    double from_rad, width_rad; /* below 2 pi */
     double reach_m; /* clear: free as far as this; 0: as far as any sonar listened */
     double near_m;  /* water nearer than this does not make the answer old */
     size_t count;

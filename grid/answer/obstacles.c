@@ -206,11 +206,26 @@ static size_t sector_in(const struct around *a, const struct overlap_run *run, s
     return at < a->sectors.count ? at : at - a->sectors.count;
 }
 
-static void add_obstacle(struct around *a, const struct overlap_run *run, const struct sight *s)
+/* The middle of a direction, in the axes asked about. */
+static void middle_of(const struct around *a, uint32_t direction, double v[3])
+{
+    const double *axis = a->scene->picture->axis[direction], turn = a->axes.axes_rad;
+    v[0] = cos(turn) * axis[0] - sin(turn) * axis[1];
+    v[1] = sin(turn) * axis[0] + cos(turn) * axis[1];
+    v[2] = axis[2];
+    if (a->axes.turned)
+        quat_rotate_inverse(a->axes.attitude, v, v);
+}
+
+static void add_obstacle(struct around *a, const struct overlap_run *run, const struct sight *s,
+                         uint32_t direction)
 {
     for (size_t k = 0; k < run->n; k++) {
         const size_t at = sector_in(a, run, k);
-        take(&a->found[at], s, a->scene);
+        struct obstacles_found *f = &a->found[at];
+        if (!f->any || s->near_m < f->near_m)
+            middle_of(a, direction, f->at);
+        take(f, s, a->scene);
         a->bounds[at] = bounds_of(&a->found[at], a->hint_m);
     }
 }
@@ -237,7 +252,7 @@ static void look_around(struct around *a, uint32_t ring, uint32_t direction, con
     struct overlap_cell cell = cell_of(scene, &a->axes, ring, direction);
     if (s.obstacle && s.near_m < bounds->near_m) {
         const struct overlap_run run = sectors_of(a, &cell, s.near_m, 0);
-        add_obstacle(a, &run, &s);
+        add_obstacle(a, &run, &s, direction);
     }
     if (s.hint_m < bounds->hint_m && !(s.obstacle && s.near_m <= a->band->reach_m)) {
         const struct overlap_run run = sectors_of(a, &cell, s.hint_m, 0);
@@ -309,7 +324,11 @@ static enum answer_reason find_around(const struct obstacles_scene *scene, const
     struct around a = {.scene = scene,
                        .band = band,
                        .hint_m = sight_less(band->near_m, band->reach_m),
-                       .sectors = {.lo_rad = band->lo_rad, .hi_rad = band->hi_rad, .count = band->count},
+                       .sectors = {.lo_rad = band->lo_rad,
+                                   .hi_rad = band->hi_rad,
+                                   .from_rad = band->from_rad,
+                                   .width_rad = band->width_rad,
+                                   .count = band->count},
                        .axes = axes_of(scene, band),
                        .found = found};
     const double loose = a.axes.tilt_rad + a.axes.uncertain_rad;

@@ -25,9 +25,10 @@ struct obstacles_found {
     double confidence, age_s;
     double hint_m; /* within near_m of the query, and before the obstacle, is an echo that is too little to block;
                       INFINITY: there is none */
-    /* of a body's way, along which its ranges are: in which directions these two are; from where on the picture does
-     * not keep all of it, or INFINITY */
-    double at[3], hint_at[3], kept_m;
+    double at[3]; /* of a sector, or a body's way: in which direction the obstacle is, in the axes asked about */
+    /* of a body's way, along which its ranges are: in which direction the echo is; from where on the picture does not
+     * keep all of it, or INFINITY */
+    double hint_at[3], kept_m;
 };
 
 /* Who asks, from where. */

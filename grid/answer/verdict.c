@@ -54,19 +54,33 @@ static void axis_of(const struct verdict *v, double axis[3])
     turn_axis(v, v->query.line.ned, axis);
 }
 
+/* Of one sector. */
+static double width_of(const struct answer_band *q)
+{
+    return (q->width_rad > 0 ? q->width_rad : GEO_TURN) / (double)q->count;
+}
+
+static double middle_rad(const struct answer_band *q, size_t part)
+{
+    return q->width_rad > 0 ? q->from_rad + ((double)part + 0.5) * width_of(q) : (double)part * width_of(q);
+}
+
 static void set_band(const struct verdict *v, size_t part, struct ask_band *band)
 {
     const struct answer_band *q = &v->query.band;
-    const double width = GEO_TURN / (double)q->count;
-    *band =
-        (struct ask_band){.attitude = {1, 0, 0, 0}, .lo_rad = q->lo_rad, .hi_rad = q->hi_rad, .parts = q->count};
+    *band = (struct ask_band){.attitude = {1, 0, 0, 0},
+                              .lo_rad = q->lo_rad,
+                              .hi_rad = q->hi_rad,
+                              .from_rad = q->from_rad,
+                              .width_rad = q->width_rad,
+                              .parts = q->count};
     if (v->frame.ned && !q->ned)
         memcpy(band->attitude, v->by.now->pose.attitude, sizeof band->attitude);
     if (v->all || q->count == 1)
         return;
     band->parts = 1;
-    band->from_rad = geo_wrap(((double)part - 0.5) * width);
-    band->width_rad = width;
+    band->width_rad = width_of(q);
+    band->from_rad = geo_wrap(middle_rad(q, part) - band->width_rad / 2);
 }
 
 static struct ask_question way_question(const struct verdict *v)
@@ -452,7 +466,7 @@ static void middle_of(const struct verdict *v, size_t part, double axis[3])
         return;
     }
     set_band(v, part, &band);
-    geo_direction((double)part * GEO_TURN / (double)v->parts, (band.lo_rad + band.hi_rad) / 2, axis);
+    geo_direction(middle_rad(&v->query.band, part), (band.lo_rad + band.hi_rad) / 2, axis);
     quat_rotate(band.attitude, axis, axis);
 }
 

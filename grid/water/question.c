@@ -189,7 +189,7 @@ static void begin_band(struct question_shape *q)
     double up[3] = {0, 0, -1};
     quat_rotate(q->asked.band.attitude, up, up);
     q->tilt_rad = acos(clamped(-up[2], -1, 1));
-    if (q->asked.band.parts > 1 || q->asked.band.width_rad <= 0)
+    if (q->asked.band.width_rad <= 0)
         return;
     const struct ask_band *band = &q->asked.band;
     const double high = band->hi_rad - band->lo_rad;
@@ -317,8 +317,9 @@ struct question_run question_run(const struct question_shape *q, const struct wa
 /* Of a part of a band: at its lower rim, in its middle and at its upper rim. */
 static void probe_band(const struct ask_band *band, size_t i, double v[3])
 {
-    const double turn = GEO_TURN / (double)band->parts;
-    const double az = band->parts > 1 ? (double)(i / PROBES_PART) * turn : band->from_rad + band->width_rad / 2;
+    const bool all = band->width_rad <= 0;
+    const double wide = (all ? GEO_TURN : band->width_rad) / (double)band->parts, part = (double)(i / PROBES_PART);
+    const double az = all ? part * wide : band->from_rad + (part + 0.5) * wide;
     geo_direction(az, band->lo_rad + (band->hi_rad - band->lo_rad) * (double)(i % PROBES_PART) / 2, v);
     quat_rotate(band->attitude, v, v);
 }

@@ -7,7 +7,6 @@
 #include "tests/lib/picture_rig.h"
 
 #include "grid/answer/cell_edge.h"
-#include "grid/answer/nearest.h"
 #include "grid/answer/sight.h"
 
 #define PICTURES  100
@@ -412,13 +411,10 @@ TEST(nothing_in_a_cone_or_corridor_is_passed_over)
 /* Answers to all kinds of questions, one behind the other. */
 struct answers {
     struct answer sector[ANSWER_SECTORS_MAX], cone, line;
-    struct nearest nearest;
 };
 
 static void ask_all(const struct ring_query *q, const double v[3], double reach_m, struct answers *out)
 {
-    const struct nearest_query nearest = {
-        .ned = q->ned, .lo_rad = q->lo_rad, .hi_rad = q->hi_rad, .reach_m = q->reach_m};
     struct answer_query query = {
         .ned = q->ned, .distance_m = reach_m, .half_angle_rad = 0.15, .radius_m = 0.5, .near_m = 0.7};
     geo_angles(v, &query.az_rad, &query.el_rad);
@@ -427,7 +423,6 @@ static void ask_all(const struct ring_query *q, const double v[3], double reach_
     answer_direction(&picture, &limits, &now, &query, &out->cone);
     query.corridor = true;
     answer_direction(&picture, &limits, &now, &query, &out->line);
-    nearest_look(&picture, &limits, &now, &nearest, &out->nearest);
 }
 
 TEST(a_blank_direction_is_one_that_says_nothing)

@@ -3,7 +3,6 @@
 #include "tests/lib/picture_rig.h"
 
 #include "grid/answer/bottom.h"
-#include "grid/answer/nearest.h"
 
 static uint64_t seed;
 
@@ -151,10 +150,9 @@ TEST(the_body_has_no_down)
     CHECK_INT(ask(-60, 15, false).state, ANSWER_CLEAR);
 }
 
-TEST(sectors_and_the_nearest_end_there_too)
+TEST(sectors_end_there_too)
 {
     struct answer sector[8];
-    struct nearest n;
     start(true, 1);
     answer_sectors(&picture, &limits, &now,
                    &(struct answer_band){.ned = true, .lo_rad = -0.17, .hi_rad = 0.17, .reach_m = 10, .count = 8},
@@ -163,10 +161,6 @@ TEST(sectors_and_the_nearest_end_there_too)
         CHECK(sector[k].state == ANSWER_UNKNOWN && sector[k].reason == ANSWER_BOTTOM);
         CHECK(sector[k].free_to_m > 2 && sector[k].free_to_m < 1 / sin(0.17));
     }
-    nearest_look(&picture, &limits, &now,
-                 &(struct nearest_query){.ned = true, .lo_rad = -1.5, .hi_rad = 1.5, .reach_m = 10}, &n);
-    CHECK(n.state == ANSWER_UNKNOWN && n.reason == ANSWER_BOTTOM);
-    CHECK(n.unknown_share > 0.3 && n.unknown_share < 0.7);
 }
 
 /* An obstacle stays one, whatever is below it; the bottom itself is none. */
@@ -194,7 +188,7 @@ int main(void)
     RUN(a_vehicle_that_is_tilted_has_the_bottom_ahead);
     RUN(the_bottom_is_as_far_below_the_grids_centre_as_below_the_vehicle_and_what_it_has_sunk);
     RUN(the_body_has_no_down);
-    RUN(sectors_and_the_nearest_end_there_too);
+    RUN(sectors_end_there_too);
     RUN(the_bottom_neither_blocks_nor_hides);
     return test_end();
 }

@@ -6,7 +6,6 @@
 #include "tests/lib/picture_rig.h"
 #include "tests/lib/way_rig.h"
 
-#include "grid/answer/nearest.h"
 #include "grid/answer/sight.h"
 
 #define AT_M 5.0
@@ -40,8 +39,8 @@ static void drift(double deg)
     now.pose.heading_radps = geo_rad(deg) / limits.clear_for_s;
 }
 
-enum { CONE, LINE, SECTORS, NEAREST, CORRIDOR, ASKED };
-static const char *const names[ASKED] = {"cone", "corridor", "sectors", "nearest", "limit"};
+enum { CONE, LINE, SECTORS, CORRIDOR, ASKED };
+static const char *const names[ASKED] = {"cone", "corridor", "sectors", "limit"};
 
 /* Is the water ahead clear, in these axes? */
 static bool is_clear(int what, bool ned)
@@ -50,17 +49,10 @@ static bool is_clear(int what, bool ned)
         .ned = ned, .distance_m = TO_M, .corridor = what == LINE, .half_angle_rad = geo_rad(3), .radius_m = 0.3};
     const struct answer_band band = {
         .ned = ned, .lo_rad = geo_rad(-3), .hi_rad = geo_rad(3), .reach_m = TO_M, .count = 60};
-    const struct nearest_query n = {.ned = ned,
-                                    .lo_rad = geo_rad(-3),
-                                    .hi_rad = geo_rad(3),
-                                    .from_rad = geo_rad(-3),
-                                    .width_rad = geo_rad(6),
-                                    .reach_m = TO_M};
     const struct corridor_body body = {.radius_m = 0.2, .half_height_m = 0.2, .margin_m = 0.1};
     const struct corridor_query line = {
         .body = body, .direction = {1, 0, 0}, .ned = ned, .most_m = TO_M, .near_m = 0.7};
     static struct answer a[60];
-    struct nearest nearest;
     switch (what) {
     case CONE:
     case LINE:
@@ -69,9 +61,6 @@ static bool is_clear(int what, bool ned)
     case SECTORS:
         answer_sectors(&picture, &limits, &now, &band, a);
         return a[0].state == ANSWER_CLEAR;
-    case NEAREST:
-        nearest_look(&picture, &limits, &now, &n, &nearest);
-        return nearest.state == ANSWER_CLEAR;
     default:
         return isinf(find_in_way(&picture, &limits, &now, &line).near_m);
     }

@@ -5,7 +5,6 @@
  */
 #include "tests/lib/picture_rig.h"
 
-#include "grid/answer/nearest.h"
 #include "grid/answer/sight.h"
 
 #define SLIVER_S 12 /* what a few older pings freed beyond both ends of the newest: its age */
@@ -53,14 +52,6 @@ static struct answer sector(double near_m, double to_m)
     return a[0];
 }
 
-static struct nearest nearest(double near_m, double to_m)
-{
-    struct nearest n;
-    const struct nearest_query q = {.ned = true, .lo_rad = -1, .hi_rad = 1, .reach_m = to_m, .near_m = near_m};
-    nearest_look(&picture, &asked, &now, &q, &n);
-    return n;
-}
-
 TEST(an_answer_is_as_old_as_the_water_asked_about)
 {
     static const struct {
@@ -75,13 +66,10 @@ TEST(an_answer_is_as_old_as_the_water_asked_about)
     start(SLIVER_S);
     for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
         const struct answer c = cone(row[i].near_m, row[i].to_m), s = sector(row[i].near_m, row[i].to_m);
-        const struct nearest n = nearest(row[i].near_m, row[i].to_m);
         CHECK_INT(c.state, ANSWER_CLEAR);
         CHECK_INT(s.state, ANSWER_CLEAR);
-        CHECK_INT(n.state, ANSWER_CLEAR);
         CHECK_NEAR(c.age_s, row[i].age_s, 0, 1e-9);
         CHECK_NEAR(s.age_s, row[i].age_s, 0, 1e-9);
-        CHECK_NEAR(n.age_s, row[i].age_s, 0, 1e-9);
         CHECK_NEAR(c.confidence, 1 - row[i].age_s / asked.clear_for_s, 0, 1e-9);
     }
 }
@@ -113,7 +101,6 @@ TEST(water_stays_free_while_no_ping_comes)
         const struct answer c = cone(0, 5), s = sector(0, 5);
         CHECK_INT(c.state, ANSWER_CLEAR);
         CHECK_INT(s.state, ANSWER_CLEAR);
-        CHECK_INT(nearest(0, 5).state, ANSWER_CLEAR);
         CHECK_NEAR(c.free_to_m, END_M - less_m, 0, 1e-6);
         CHECK_NEAR(s.free_to_m, END_M - less_m, 0, 1e-6);
         CHECK_INT(cone(0, END_M - less_m + 1e-3).state, ANSWER_UNKNOWN);
@@ -123,7 +110,6 @@ TEST(water_stays_free_while_no_ping_comes)
     const struct answer a = cone(0, 5);
     CHECK_INT(a.state, ANSWER_UNKNOWN);
     CHECK_INT(a.reason, ANSWER_MOVED);
-    CHECK_INT(nearest(0, 5).state, ANSWER_UNKNOWN);
 }
 
 /* ---- by how much less is free: term by term ---- */
@@ -220,7 +206,6 @@ TEST(poses_withdrawn_or_an_attitude_that_jumped_leave_nothing_clear)
         const enum answer_state want = which ? ANSWER_UNKNOWN : ANSWER_CLEAR;
         CHECK_INT(cone(0, 5).state, want);
         CHECK_INT(sector(0, 5).state, want);
-        CHECK_INT(nearest(0, 5).state, want);
         CHECK_INT(cone(0, 5).reason, which ? ANSWER_MOVED : ANSWER_HEARD);
     }
 }
