@@ -206,7 +206,7 @@ TEST(the_bottom_ends_what_is_known_below)
     start(true);
     send(FANS, 1);
     now.pose.has |= POSE_ALTITUDE;
-    now.pose.altitude_m = 0.9;
+    now.pose.altitude_m = 2.2;
     CHECK_INT(look(true, 2, 8, 8).state, ANSWER_CLEAR);
     CHECK_INT(look(true, -8, 8, 8).state, ANSWER_UNKNOWN);
     CHECK_INT(look(true, -8, 8, 8).reason, ANSWER_BOTTOM);
