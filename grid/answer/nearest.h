@@ -43,8 +43,8 @@ struct nearest_look {
     struct nearest answer;
 };
 
-/** nearest_begin - anew, too; own_m as of verdict_begin. v is its own until the end. False: the answer is there. Cost: a
- * glance at each direction. */
+/** nearest_begin - anew, too; own_m as of verdict_begin. v is its own until the end. False: the answer is there.
+ * Cost: a glance at each direction. */
 bool nearest_begin(struct nearest_look *look, struct verdict *v, const struct verdict_evidence *by,
                    const struct nearest_query *query, double own_m);
 
