@@ -94,8 +94,8 @@ struct answer_band {
     bool ned; /* otherwise of the body */
     double lo_rad, hi_rad;
     double from_rad, width_rad; /* below 2 pi */
-    double reach_m; /* clear: free as far as this; 0: as far as any sonar listened */
-    double near_m;  /* water nearer than this does not make the answer old */
+    double reach_m;             /* clear: free as far as this; 0: as far as any sonar listened */
+    double near_m;              /* water nearer than this does not make the answer old */
     size_t count;
 };
 
