@@ -21,6 +21,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "daemon/methods/verdict_job.h"
 #include "daemon/methods/query_context.h"
 #include "drivers/devices/ping360.h"
 #include "tests/lib/daemon_rig.h"
@@ -168,41 +169,41 @@ static double nearest_m(const struct dive *v, const double from_m[3], double az_
 
 static void look_around(struct dive *v, struct count *n)
 {
-    static struct answer said[SECTORS];
-    struct answer_conf limits = grid_limits(pipeline_grid(d.pipeline, 0));
-    const struct answer_now now = query_now(&d);
+    static struct verdict_job job;
     double place_m[3], head_m[3], attitude[4];
     place_of(v, place_m);
     quat_from_rpy(0, 0, heading_of(&v->rov), attitude);
     quat_rotate(attitude, d.mount[0].position_m, head_m);
     for (int i = 0; i < 3; i++)
         head_m[i] += place_m[i];
-    answer_sectors(pipeline_picture(d.pipeline), &limits, &now,
-                   &(struct answer_band){.lo_rad = -geo_rad(5),
-                                         .hi_rad = geo_rad(5),
-                                         .reach_m = v->look_m,
-                                         .near_m = query_near_m(&d),
-                                         .count = SECTORS},
-                   said);
-    for (int i = 0; i < SECTORS; i++) {
-        const double az = i * GEO_TURN / SECTORS;
+    job = (struct verdict_job){
+        .d = &d,
+        .grid = pipeline_grid(d.pipeline, 0),
+        .query = {.around = true,
+                  .band = {.lo_rad = -geo_rad(5), .hi_rad = geo_rad(5), .reach_m = v->look_m, .count = SECTORS}}};
+    verdict_job_begin(&job);
+    while (job.more && verdict_job_step(&job))
+        ;
+    for (size_t i = 0; i < SECTORS; i++) {
+        const struct answer *said = verdict_of(&job.verdict, i);
+        const double az = (double)i * GEO_TURN / SECTORS;
         if (v->what->creeps && fabs(geo_wrap_pi(az)) > geo_rad(30.1))
             continue;
         const double yaw = heading_of(&v->rov), wall_m = nearest_m(v, place_m, az + yaw, geo_rad(5));
         const double true_m = fmin(nearest_m(v, head_m, az + yaw, geo_rad(12.5)), v->look_m);
-        const double to_m = said[i].state == ANSWER_CLEAR ? fmax(said[i].free_to_m, v->look_m) : said[i].free_to_m;
+        const double to_m = said->state == ANSWER_CLEAR ? fmax(said->free_to_m, v->look_m) : said->free_to_m;
         n->sectors++;
-        n->wrong += to_m > said[i].blind_to_m && wall_m > said[i].blind_to_m && to_m > wall_m + PAST_M;
+        n->wrong += to_m > said->blind_to_m && wall_m > said->blind_to_m && to_m > wall_m + PAST_M;
         n->clear += true_m >= v->look_m;
-        n->said_clear += true_m >= v->look_m && said[i].state == ANSWER_CLEAR;
+        n->said_clear += true_m >= v->look_m && said->state == ANSWER_CLEAR;
         n->free_m += fmax(true_m - RING_M, 0);
-        n->said_m += fmax(fmin(said[i].free_to_m, true_m) - RING_M, 0);
-        n->seen_m += fmax(fmin(said[i].free_to_m, true_m) - fmax(said[i].blind_to_m, RING_M), 0);
+        n->said_m += fmax(fmin(said->free_to_m, true_m) - RING_M, 0);
+        n->seen_m += fmax(fmin(said->free_to_m, true_m) - fmax(said->blind_to_m, RING_M), 0);
     }
     n->asked++;
     n->speed_mps += v->speed_mps;
-    n->bound_mps += now.pose.drift_mps > 0 && d.poses.unseen.goes_on ? d.poses.unseen.mps[DRIFT_LEVEL]
-                                                                     : d.poses.unseen.set.mps;
+    n->bound_mps += job.now.pose.drift_mps > 0 && d.poses.unseen.goes_on ? d.poses.unseen.mps[DRIFT_LEVEL]
+                                                                         : d.poses.unseen.set.mps;
 }
 
 /* ---- a dive ---- */

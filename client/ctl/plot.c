@@ -284,7 +284,7 @@ static void draw_legend(FILE *out, const struct polar *polar)
                 782 + 20 * i, rows[i].fill, 793 + 20 * i, rows[i].label);
     fprintf(out,
             "<path d=\"M24 886h22\" stroke=\"" NEAREST "\" stroke-width=\"1.8\"/><text x=\"54\" y=\"891\">nearest "
-            "obstacle of a blocked sector</text>\n"
+            "obstacle of a sector</text>\n"
             "<circle cx=\"35\" cy=\"868\" r=\"3.2\" fill=\"#ffffff\" stroke=\"#b3123f\" stroke-width=\"1.8\"/>"
             "<text x=\"54\" y=\"873\">first echo of a beam, grey if marked</text>\n");
     for (int i = 0; i <= POLAR_LEVELS; i++) {

@@ -235,16 +235,14 @@ static json_t *make_transform(const struct view_source *source, struct view_curs
 
 /* ---- answers ---- */
 
-/* The range of an obstacle, unless water before it is unknown; without one, infinite where the water is clear. */
+/* The range of an obstacle, beyond the distance too; without one, infinite where the water is clear. */
 static json_t *range_of(const json_t *sector)
 {
-    const char *state = text(sector, "state");
     json_t *range = json_object_get(sector, "range_m");
-    const bool clear = strcmp(state, "clear") == 0;
 
-    if (json_is_number(range) && (clear || strcmp(state, "blocked") == 0))
+    if (json_is_number(range))
         return json_incref(range);
-    return clear ? json_string("inf") : json_null();
+    return strcmp(text(sector, "state"), "clear") == 0 ? json_string("inf") : json_null();
 }
 
 /* The same for readers who take infinity for free water up to far_m: no obstacle is beyond that. */
@@ -312,15 +310,18 @@ static void add_sector(json_t *const ring[RINGS], const json_t *sector, double f
     const char *state = text(sector, "state");
     const double range_m = number(sector, "range_m");
 
-    if (strcmp(state, "blocked") == 0)
+    if (isfinite(range_m))
         add_piece(ring[RING_BLOCKED], sector, range_m, fmax(far_m, range_m + BAND_LEAST));
-    else if (strcmp(state, "clear") == 0)
+    if (strcmp(state, "blocked") == 0)
+        return;
+    if (strcmp(state, "clear") == 0)
         add_piece(ring[RING_CLEAR], sector, number(sector, "blind_to_m"), far_m);
     else
         add_piece(ring[RING_UNKNOWN], sector, number(sector, "free_to_m"), far_m);
 }
 
-/* The sectors as far as they were judged: from an obstacle on, free water, and beyond what is known. */
+/* The sectors as far as they were judged: from an obstacle on, free water, and beyond what is known. Of an obstacle
+ * farther away a band. */
 static json_t *make_ring(const struct view_source *source, struct view_cursor *cursor)
 {
     static const double colour[RINGS][4] = {{0.9, 0.1, 0.1, 0.8}, {0.1, 0.8, 0.3, 0.25}, {0.5, 0.5, 0.5, 0.35}};

@@ -61,10 +61,25 @@ void records_follow(struct records *w, const struct pose *pose)
 
 /* ---- the loop ---- */
 
+static void leave(struct records *w, struct records_reading *r)
+{
+    struct records_reading **at = &w->oldest, *older = NULL;
+    for (; *at != r; at = &older->newer)
+        older = *at;
+    *at = r->newer;
+    if (w->newest == r)
+        w->newest = older;
+    r->open = false;
+}
+
 void records_tell(struct records *w)
 {
-    atomic_store_explicit(&w->read_from, w->oldest ? w->oldest->list.number : snapshot_now(&w->turn),
-                          memory_order_release);
+    const uint64_t now = snapshot_now(&w->turn);
+    while (w->oldest && now - w->oldest->list.number > RECORDS_HELD) {
+        w->oldest->taken = true;
+        leave(w, w->oldest);
+    }
+    atomic_store_explicit(&w->read_from, w->oldest ? w->oldest->list.number : now, memory_order_release);
 }
 
 void records_open(struct records *w, struct records_reading *r)
@@ -85,23 +100,20 @@ void records_open(struct records *w, struct records_reading *r)
 
 void records_close(struct records *w, struct records_reading *r)
 {
-    struct records_reading **at = &w->oldest, *older = NULL;
+    r->taken = false;
     if (!r->open)
         return;
-    for (; *at != r; at = &older->newer)
-        older = *at;
-    *at = r->newer;
-    if (w->newest == r)
-        w->newest = older;
-    r->open = false;
+    leave(w, r);
     records_tell(w);
 }
 
 bool records_keeps(struct records *w, struct records_reading *r)
 {
-    if (!r->open || snapshot_now(&w->turn) - r->list.number <= RECORDS_HELD)
+    if (r->open && snapshot_now(&w->turn) - r->list.number > RECORDS_HELD)
+        records_tell(w);
+    if (!r->taken)
         return true;
-    records_close(w, r);
+    r->taken = false;
     if (++r->tries < RECORDS_TRIES)
         records_open(w, r);
     else

@@ -11,10 +11,10 @@
  * of the older list has been read, and loaded with acquire: no stronger order is needed, since what the loop is going
  * to open is never older than the number it has seen. tests/model/records.pml is the model.
  *
- * The loop tells it with every ping, so at most the pings that may wait are entered meanwhile; a question gives up what
- * is RECORDS_HELD lists old and begins again. For that many records there are slots (records_spare). Where a ping finds
- * none all the same, it is left out and counted, and water that was seen before it is free no more: nobody knows what
- * it would have ended.
+ * The loop tells it with every ping, so at most the pings that may wait are entered meanwhile; what is RECORDS_HELD
+ * lists old it takes away from the question, which begins again when it goes on. For that many records there are slots
+ * (records_spare). Where a ping finds none all the same, it is left out and counted, and water that was seen before it
+ * is free no more: nobody knows what it would have ended.
  */
 #ifndef SONARD_RECORDS_H
 #define SONARD_RECORDS_H
@@ -35,6 +35,7 @@ struct records_reading {
     struct records_reading *newer;
     int tries;
     bool open;
+    bool taken; /* it was open for too long, and has been closed */
 };
 
 struct records {
@@ -61,7 +62,8 @@ void records_follow(struct records *w, const struct pose *pose);
 
 /* ---- the loop ---- */
 
-/** records_tell - how far it has come with reading; before every ping. */
+/** records_tell - how far it has come with reading; before every ping. What has been open for too long is closed: its
+ * question goes on when its client reads, if it ever does. */
 void records_tell(struct records *w);
 
 /** records_open - the newest list, to be closed. r is zeroed at first. */

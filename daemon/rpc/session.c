@@ -6,6 +6,7 @@
 #include "session.h"
 
 #include <errno.h>
+#include <poll.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/epoll.h>
@@ -386,11 +387,21 @@ static bool is_over(const struct session *session)
     return session->closing || (session->eof && !line_waiting(session) && !watch_any(&session->watches));
 }
 
+/* What it began goes on in the next turn, which comes when its socket can be written. That can be long after the last
+ * reply went into the socket: a socket that is a quarter full says no more that it can be written. */
+static bool has_next_turn(const struct session *session)
+{
+    struct pollfd socket = {.fd = session->io.fd, .events = POLLOUT};
+
+    return poll(&socket, 1, 0) > 0;
+}
+
 /* Others ask the same, and wait for the answer that this client makes. They wait no more when it cannot go on, for it
  * leaves replies unread or has used up its requests; nor for a notification, when its lines come first. */
 static void let_go(struct session *session)
 {
-    const bool held = !may_handle(session) || waiting(session) > 0;
+    const bool goes_on = line_waiting(session) || watch_waiting(session);
+    const bool held = !may_handle(session) || waiting(session) > 0 || (goes_on && !has_next_turn(session));
 
     if (held && session->job)
         rpc_let_go(session->job);

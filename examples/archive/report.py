@@ -26,7 +26,7 @@ def figures(folder):
                 answers, unposed = answers + 1, unposed + (answer["pose_age_s"] is None)
                 for sector in answer["sectors"]:
                     states[sector["state"]] += 1
-                    if sector["state"] == "blocked" and sector["range_m"] is not None:
+                    if sector["range_m"] is not None:
                         nearest.append(sector["range_m"])
     except FileNotFoundError:
         pass

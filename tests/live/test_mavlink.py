@@ -584,11 +584,13 @@ def downward(bench, autopilot):
     check(600 < most <= 2000 and abs(distance - 600) <= 10, "%d of %d to %d" % (distance, least, most))
     check((kind, number, orientation, covariance, quality) == (1, 0, 25, 255, 0), "fields %s" % (got[-1],))
     check(0.1 < wide < 1.5 and wide == high, "field of view %g %g" % (wide, high))
-    sounder.command("confidence 0")  # nothing heard any more: no distance, and said to be none
+    sounder.command("bottom 0")
+    sounder.command("confidence 0")  # nothing heard any more, in the profile either: no distance, and said to be none
     fields = struct.Struct("<I3H4B2f16xB")
     until(lambda: fields.unpack_from(autopilot.of(DISTANCE_SENSOR)[-1][1])[10] == 1, "a silent reading")
     silent = fields.unpack_from(autopilot.of(DISTANCE_SENSOR)[-1][1])
     check(silent[3] == silent[2] + 1, "silent: %d cm of %d" % (silent[3], silent[2]))
+    sounder.command("bottom 240")
     sounder.command("confidence 95")
     until(lambda: fields.unpack_from(autopilot.of(DISTANCE_SENSOR)[-1][1])[10] == 0, "a reading again")
     until(autopilot.obstacles, "OBSTACLE_DISTANCE")

@@ -843,7 +843,7 @@ def foxglove(bench):
     check(len(sectors["sectors"]) == len(scan["ranges"]) == 72 and all(s["state"] in ("blocked", "clear", "unknown") for s in sectors["sectors"]), sectors)
     check(sum(r is not None and 3 < r < 10 for r in scan["ranges"]) > 60, scan["ranges"])  # in a basin
     ring = got["messages"]["/sonard/ring"]["data"]["entities"][0]
-    check(len(ring["triangles"]) == 3 and sum(len(t["indices"]) for t in ring["triangles"]) <= 72 * 6, ring["id"])
+    check(len(ring["triangles"]) == 3 and sum(len(t["indices"]) for t in ring["triangles"]) <= 2 * 72 * 6, ring["id"])
     status = got["messages"]["/sonard/status"]["data"]
     check(status["sensors"][0]["name"] == "head" and status["mode"] == "live" and int(status["sensors"][0]["pings"]) > 200, status)
     check(got["messages"]["/sonard/log"]["data"]["name"] == "data", got["messages"]["/sonard/log"])

@@ -6,7 +6,7 @@ import { PAST_S, ask, connect, daemonNow, hasEnded, hasMap, past, rows, state, t
 import { measure, measureKey, setPoint, switchMeasure } from "./measure.js";
 import { fill, make, showPlan, showSonars, showTiles, showTiming, showVehicle, showWarnings } from "./panels.js";
 import * as pilot from "./pilot.js";
-import { fresh, headingNow, judged, poseShown, sectorsNow, shown, shownAt, turnNow, view } from "./view.js";
+import { fresh, headingNow, judged, poseShown, shown, shownAt, turnNow, view } from "./view.js";
 import { showWhy } from "./why.js";
 import * as words from "./words.js";
 
@@ -118,7 +118,7 @@ function draw() {
     const turn = turnNow();
     if (view.tab === "map") painter.map(state.slice && state.slice.rows.length > 1 ? state.slice : null, track, now);
     else
-      painter.sonar({ fresh: now, sectors: now ? sectorsNow() : [], near: now ? shown().near_m : 0, judged: judged() ?? 0, turn, rows: view.rows, fade, range: range(), newest: view.newest, selected: view.selected, heading: now ? headingNow() : null });
+      painter.sonar({ fresh: now, sectors: now ? shown().sectors : [], near: now ? shown().near_m : 0, judged: judged() ?? 0, turn, rows: view.rows, fade, range: range(), newest: view.newest, selected: view.selected, heading: now ? headingNow() : null });
     if (measure.on) painter.ruler(measure);
   }), wait);
 }
@@ -200,7 +200,7 @@ function showCanvas() {
     : "Ring of sectors: " + Array.from(document.querySelectorAll(".tile")).map((t) => Array.from(t.children, (e) => e.textContent).join(" ")).join("; "));
   if (!ring) return ["aria-valuenow", "aria-valuetext"].forEach((name) => canvas.removeAttribute(name));
   set("aria-valuenow", String(azimuth));
-  set("aria-valuetext", `${words.direction(azimuth)}: ${words.inWords(fresh() ? words.summary(sectorsNow(), azimuth, 7.5) : null)}`);
+  set("aria-valuetext", `${words.direction(azimuth)}: ${words.inWords(fresh() ? words.summary(shown().sectors, azimuth, 7.5) : null)}`);
 }
 
 let saidAt = 0, showDue = false;
@@ -392,4 +392,4 @@ connect({ wanted, news: show, newRows, forgotten });
 show();
 
 // For tests: what is shown, and from what.
-globalThis.sonardPage = { state, past, rows, view, fresh, painter, measure, sound: pilot.sound, numbers: () => words.aroundInNumbers(sectorsNow(), shown().near_m).map((n) => n.text) };
+globalThis.sonardPage = { state, past, rows, view, fresh, painter, measure, sound: pilot.sound, numbers: () => words.aroundInNumbers(shown().sectors, shown().near_m).map((n) => n.text) };

@@ -8,10 +8,11 @@ const rad = (deg) => ((deg - 90) * Math.PI) / 180; // an angle on the screen, cl
 const apart = (a, b) => Math.abs(((a - b + 540) % 360) - 180);
 const FACE = "system-ui, sans-serif";
 
-// How solid a sector of the ring is: an obstacle the more so the nearer it stands, free water the farther it is free.
+// How solid a sector of the ring is: an obstacle the more so the nearer it stands, free water the farther behind it the
+// nearest one stands.
 export function shade(s, judged) {
   if (s.state === "unknown" || !judged) return 1;
-  const part = s.state === "blocked" ? 1 - s.range_m / judged : s.free_to_m / judged - 1;
+  const part = s.range_m === null ? 1 : s.state === "blocked" ? 1 - s.range_m / judged : s.range_m / judged - 1;
   return 0.45 + 0.55 * Math.min(1, Math.max(0, part));
 }
 
@@ -248,7 +249,7 @@ export class Painter {
   obstacles(model, px, disc) {
     const g = this.context, c = this.side / 2, u = this.unit;
     for (const s of model.sectors) {
-      if (!s.obstacle || s.range_m * px > disc) continue;
+      if (s.range_m === null || s.range_m * px > disc) continue; // beyond the distance, too
       const from = this.rad(s.azimuth_deg - s.width_deg / 2), to = this.rad(s.azimuth_deg + s.width_deg / 2);
       for (const [width, colour] of [[5.5, this.colour.disc], [3.2, this.colour.blocked]]) {
         g.lineWidth = width * u;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The panels beside the picture.
 import { rates, state } from "./live.js";
-import { fresh, sectorsNow, view } from "./view.js";
+import { fresh, shown, view } from "./view.js";
 import * as words from "./words.js";
 
 const $ = (id) => document.getElementById(id);
@@ -45,7 +45,7 @@ export function showWarnings() {
 export function showTiles() {
   const sides = [["Ahead", 0], ["Starboard", 90], ["Astern", 180], ["Port", 270]], good = fresh();
   fill($("tiles"), ...sides.map(([name, azimuth]) => {
-    const s = good ? words.summary(sectorsNow(), azimuth, 15) : { state: "unknown", free_to_m: 0, age_s: null };
+    const s = good ? words.summary(shown().sectors, azimuth, 15) : { state: "unknown", free_to_m: 0, age_s: null };
     const e = make("div", undefined, "tile " + s.state);
     const what = s.state === "blocked" ? `■ Blocked ${words.metres(s.range_m).replace(" ", "\u00a0")}` : s.state === "clear" ? "✓ Clear" : "? Unknown";
     const more = !good ? "no answer" : s.state === "blocked" ? `echo ${words.seconds(s.age_s)} ago` : `free to ${words.metres(s.free_to_m)}`;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What the page shows: what the daemon says now, or what it said at the time that is looked back to.
 import { STALE_MS, daemonNow, isFresh, past, rows, state } from "./live.js";
-import * as words from "./words.js";
 
 // back: the time that is shown; null: now. rows, newest: of the image then. selected: an azimuth; null: none. palette,
 // contrast: of the image.
@@ -20,12 +19,6 @@ export const poseShown = () => (view.back !== null ? then() && then().pose : sta
 
 // How far the sectors are judged, in metres; null: nothing is known.
 export const judged = () => (fresh() && shown().distance_m > 0 ? shown().distance_m : null);
-
-// The sectors as they are up to where they are judged; `obstacle`: there is one, maybe farther away.
-export function sectorsNow() {
-  const distance = judged();
-  return shown().sectors.map((s) => ({ ...s, state: words.within(s, distance), obstacle: s.state === "blocked" }));
-}
 
 // Clockwise from north, in degrees; null: no fresh attitude. The daemon gives none that is too old.
 export function headingNow() {

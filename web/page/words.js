@@ -43,13 +43,6 @@ export function remedy(reason) {
   return found ? found[1] : "";
 }
 
-// What a sector says of the water up to a distance (null: as far as the grid reaches). The daemon calls it blocked however
-// far the obstacle is; the water before it is free as far as free_to_m says.
-export function within(s, distance) {
-  if (!distance || s.state !== "blocked" || s.range_m <= distance) return s.state;
-  return s.free_to_m >= distance ? "clear" : "unknown";
-}
-
 // The worst of the sectors within `half` degrees of an azimuth: blocked before unknown before clear.
 export function summary(sectors, azimuth, half) {
   const off = (a) => Math.abs(((a - azimuth + 540) % 360) - 180);

@@ -332,14 +332,14 @@ TEST(a_scan_knows_how_far_it_was_judged)
     json_decref(want);
 }
 
-/* From astern to the left: port is at 90 degrees. What is unknown has no range, not even of what lies behind it. */
-TEST(a_scan_has_the_nearest_obstacle_infinity_for_clear_and_nothing_for_unknown)
+/* From astern to the left: port is at 90 degrees. An obstacle is shown wherever it is, behind unknown water too. */
+TEST(a_scan_has_the_nearest_obstacle_else_infinity_for_clear_and_nothing_for_unknown)
 {
     check_scan(SECTORS, "[null,\"inf\",4,null]");
     check_scan("{\"distance_m\":5,\"sectors\":[" SECTOR("0", "clear", "7", "7") "," SECTOR(
                    "90", "unknown", "8", "2") "," SECTOR("180", "clear", "9", "9") "," SECTOR("270", "blocked",
                                                                                               "3", "2") "]}",
-               "[9,null,7,3]");
+               "[9,8,7,3]");
     CHECK(!made("/sonard/scan", "{\"t_unix\":1,\"sectors\":[]}"));
 }
 
@@ -364,6 +364,23 @@ TEST(a_ring_shows_how_far_each_sector_is_what)
         CHECK_NEAR(number(json_array_get(points, 0), "y"), side[i][1] * cosine * from[i], 0, 1e-9);
         CHECK_NEAR(fabs(number(json_array_get(points, 3), "x")), cosine * 5, 0, 1e-9);
     }
+    json_decref(scene);
+}
+
+/* A band of 15 cm, and before it the water as far as it was judged. */
+TEST(a_ring_shows_obstacles_beyond_as_well)
+{
+    json_t *scene = made("/sonard/ring", "{\"distance_m\":5,\"sectors\":[" SECTOR(
+                                             "0", "clear", "7", "5") "," SECTOR("180", "unknown", "8", "2") "]}");
+    const json_t *triangles = json_object_get(json_array_get(json_object_get(scene, "entities"), 0), "triangles");
+    const json_t *band = json_object_get(json_array_get(triangles, 0), "points");
+
+    CHECK_INT(json_array_size(band), 8);
+    CHECK_NEAR(number(json_array_get(band, 0), "x"), M_SQRT1_2 * 7, 0, 1e-9);
+    CHECK_NEAR(number(json_array_get(band, 1), "x"), M_SQRT1_2 * 7.15, 0, 1e-9);
+    CHECK_NEAR(number(json_array_get(band, 4), "x"), -M_SQRT1_2 * 8, 0, 1e-9);
+    for (size_t i = 1; i < 3; i++)
+        CHECK_INT(json_array_size(json_object_get(json_array_get(triangles, i), "points")), 4);
     json_decref(scene);
 }
 
@@ -430,9 +447,10 @@ int main(void)
     RUN(the_vehicle_is_east_north_up_and_turns_from_east);
     RUN(roll_and_pitch_are_told);
     RUN(without_a_pose_no_place_is_told);
-    RUN(a_scan_has_the_nearest_obstacle_infinity_for_clear_and_nothing_for_unknown);
+    RUN(a_scan_has_the_nearest_obstacle_else_infinity_for_clear_and_nothing_for_unknown);
     RUN(a_scan_knows_how_far_it_was_judged);
     RUN(a_ring_shows_how_far_each_sector_is_what);
+    RUN(a_ring_shows_obstacles_beyond_as_well);
     RUN(the_log_has_what_changed);
     RUN(answers_pass_as_they_are);
     RUN(a_time_that_is_none_is_the_beginning);

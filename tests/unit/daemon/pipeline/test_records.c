@@ -208,6 +208,30 @@ TEST(a_question_that_takes_too_long_begins_again_and_at_last_knows_nothing)
     CHECK(records_keeps(records, &r));
 }
 
+/* Its client does not read, so that it does not go on. */
+TEST(a_question_that_does_not_go_on_takes_no_slots)
+{
+    struct records_reading r = {0}, later = {0};
+    uint32_t seq = 0;
+    begin();
+    enter(0, seq++);
+    records_open(records, &r);
+    for (; seq < 3 * POOL_KEPT; seq++) {
+        records_tell(records);
+        enter(0, seq);
+        if (seq == 5)
+            records_open(records, &later);
+    }
+    CHECK_INT(records->left_out, 0);
+    CHECK(!records->oldest && !records->newest);
+    CHECK(!records_keeps(records, &r));
+    CHECK_INT(r.list.number, seq);
+    CHECK(records_keeps(records, &r));
+    records_close(records, &later);
+    records_close(records, &r);
+    CHECK_INT(records->read_from, seq);
+}
+
 TEST(the_slots_are_enough_for_all_that_may_wait)
 {
     const uint32_t waiting = 18;
@@ -323,6 +347,7 @@ int main(void)
     RUN(what_was_seen_before_a_ping_that_is_left_out_is_free_no_more);
     RUN(the_oldest_open_list_counts_in_whatever_order_they_are_closed);
     RUN(a_question_that_takes_too_long_begins_again_and_at_last_knows_nothing);
+    RUN(a_question_that_does_not_go_on_takes_no_slots);
     RUN(the_slots_are_enough_for_all_that_may_wait);
     RUN(what_was_read_comes_before_what_is_written_there);
     RUN(no_record_of_an_open_list_changes);
