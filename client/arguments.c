@@ -18,10 +18,8 @@ bool arguments_is_option(const char *arg)
 int arguments_command(int argc, char **argv)
 {
     static const char *const without_value[] = {"--json", "--help", "-h", "--"};
-
     for (int i = 1; i < argc; i++) {
         bool alone = strchr(argv[i], '=') != NULL;
-
         if (!arguments_is_option(argv[i]))
             return i;
         for (size_t k = 0; k < sizeof without_value / sizeof *without_value; k++)
@@ -51,7 +49,6 @@ static bool read_number(const char *text, double *number, char **end)
 bool arguments_number(const char *text, double lo, double hi, double *number)
 {
     char *end;
-
     return read_number(text, number, &end) && *end == '\0' && *number >= lo && *number <= hi;
 }
 
@@ -59,11 +56,9 @@ bool arguments_number(const char *text, double lo, double hi, double *number)
 static json_t *parse_numbers(const char *value, int n)
 {
     json_t *list = json_array();
-
     for (int i = 0; i < n; i++) {
         char *end;
         double number;
-
         if (!read_number(value, &number, &end) || *end != (i + 1 < n ? ',' : '\0')) {
             json_decref(list);
             return NULL;
@@ -79,7 +74,6 @@ static json_t *parse_value(const struct argument *argument, const char *value)
     json_t *list, *number;
     long long whole;
     char *end;
-
     switch (argument->kind) {
     case ARGUMENT_NUMBERS:
         return parse_numbers(value, argument->n);
@@ -101,7 +95,6 @@ static json_t *parse_value(const struct argument *argument, const char *value)
 static bool in_range(const struct argument *argument, const json_t *parsed, const char *value, struct fault *fault)
 {
     const double number = json_number_value(parsed);
-
     if (argument->lo == argument->hi || !json_is_number(parsed) ||
         (number >= argument->lo && number <= argument->hi))
         return true;
@@ -116,14 +109,12 @@ static bool in_range(const struct argument *argument, const json_t *parsed, cons
 static bool has_unit(const char *value)
 {
     const size_t n = strspn(value, DIGITS);
-
     return n > 0 && value[n] && !value[n + strspn(value + n, LETTERS)];
 }
 
 static bool set(json_t *options, const struct argument *argument, const char *value, struct fault *fault)
 {
     json_t *parsed = argument->kind == ARGUMENT_FLAG ? json_true() : parse_value(argument, value);
-
     if (json_object_get(options, argument->key)) {
         json_decref(parsed);
         return fault_set(fault, "%s is given twice", argument->flag);
@@ -149,7 +140,6 @@ static bool refuse_option(const struct argument_tables *tables, const char *flag
     char name[WORD_FAR];
     const char *meant = NULL;
     size_t best = WORD_FAR;
-
     snprintf(name, sizeof name, "%.*s", (int)n, flag);
     for (size_t i = 0; i < 2; i++)
         for (const struct argument *a = table[i]; a && a->flag; a++)
@@ -162,12 +152,10 @@ bool arguments_parse(struct arguments *arguments, int argc, char **argv, int com
                      const struct argument_tables *tables, struct fault *fault)
 {
     bool only_words = false;
-
     *arguments = (struct arguments){.options = json_object()};
     for (int i = 1; i < argc; i++) {
         const char *arg = argv[i], *equals = strchr(arg, '=');
         const size_t n = equals ? (size_t)(equals - arg) : strlen(arg);
-
         if (i == command)
             continue;
         if (!only_words && strcmp(arg, "--") == 0) {
@@ -179,7 +167,6 @@ bool arguments_parse(struct arguments *arguments, int argc, char **argv, int com
         } else {
             const struct argument *argument = arguments_find(tables->common, arg, n);
             const char *value = equals ? equals + 1 : NULL;
-
             argument = argument ? argument : arguments_find(tables->own, arg, n);
             if (!argument)
                 return refuse_option(tables, arg, n, fault);
@@ -202,7 +189,6 @@ bool arguments_parse(struct arguments *arguments, int argc, char **argv, int com
 void arguments_tell(const char *program, const char *what, const char *help)
 {
     const size_t n = strlen(what);
-
     if (n > 0 && what[n - 1] == '?')
         fprintf(stderr, "%s: %s\n", program, what);
     else

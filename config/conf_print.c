@@ -83,7 +83,6 @@ void conf_print(const struct conf *conf, const struct conf_source *source, FILE 
 const char *conf_target_text(const struct conf_extract *extract, char text[CONF_TARGET_SIZE])
 {
     const struct conf_named *named = conf_key_find("extract", "target")->named;
-
     while (named->word && named->value != extract->target_db)
         named++;
     if (named->word)

@@ -74,7 +74,6 @@ static void check_sonar(const struct rules *r, int i)
     const double slack = 1e-9; /* of angles that are equal but for rounding */
     const struct conf_sonar *s = &r->conf->sonar[i];
     struct place sector = {"sonar", "sector", i}, step = {"sonar", "step", i}, range = {"sonar", "range", i};
-
     double extent = sector_extent(s->sector_rad);
     if (!(extent > slack && extent < 2 * M_PI + slack)) {
         char here[2 * CONF_VALUE_MAX];

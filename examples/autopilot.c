@@ -47,7 +47,6 @@ static bool turn(struct sonard_client *sonard, struct sonard_error *error)
     struct sonard_blocked ahead;
     struct sonard_limit limit;
     char why[SONARD_REASON_SIZE + 100];
-
     if (!sonard_pose(sonard, &pose, error))
         return false;
     if (!sonard_blocked(sonard, SONARD_BODY, &(struct sonard_cone){0, 0, OPENING, AHEAD_M}, &ahead, error) ||
@@ -65,14 +64,12 @@ int main(int argc, char **argv)
     const struct timespec pause = {.tv_nsec = (long)(TURN_S * 1e9)};
     struct sonard_client *sonard = NULL;
     int turns = argc > 2 ? atoi(argv[2]) : ALL_TURNS;
-
     if (argc > 3 || (path && path[0] == '-')) {
         fputs("usage: autopilot [SOCKET [TURNS]]\n", stderr);
         return 1;
     }
     for (; turns > 0; turns--) {
         struct sonard_error error = {0};
-
         if (!sonard)
             sonard = sonard_connect(path, PATIENCE, &error);
         if (!sonard || !turn(sonard, &error)) {

@@ -22,7 +22,6 @@ int main(int argc, char **argv)
                                         "active with a circle of 90 s"};
     static double delay_s[ALL];
     const unsigned runs = argc > 1 && argv[1][0] == 'q' ? 1 : RUNS;
-
     printf("way,things,share,noticed_s,longest_wait_s\n");
     for (int way = PLAIN_AUTO; way <= ACTIVE_CIRCLE; way++) {
         double wait_s = 0;

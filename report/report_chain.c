@@ -96,7 +96,6 @@ static double nearest_of(const struct scene *scene, double az_rad)
 {
     static const double origin[3] = {0, 0, 0};
     double nearest_m = INFINITY;
-
     for (int i = 0; scene->n && i < RAYS; i++)
         for (int k = 0; k < RAYS; k++) {
             struct scene_hit hit;
@@ -114,7 +113,6 @@ static void ask(struct pipeline *pipeline, const struct conf *conf, const struct
 {
     const struct answer_conf limits = scans_limits(conf);
     const struct answer_now now = scans_now(pings[PINGS - 1].ping.t_ns);
-
     for (int i = 0; i < QUESTIONS; i++) {
         const double az_rad = geo_rad(WITHIN_DEG) * (2 * dice_uniform(dice) - 1);
         const struct answer_query q = {.az_rad = geo_wrap(az_rad),
@@ -142,7 +140,6 @@ static void play(const struct knob *s, const struct scene *scene, unsigned seed,
 {
     struct dice dice = dice_of(seed, 3);
     struct conf conf;
-
     knob_conf(s, &conf);
     struct pipeline *pipeline = scans_start(&conf, 1);
     for (unsigned n = 0; n < PINGS; n++)
@@ -186,7 +183,6 @@ static void errors(unsigned seeds, unsigned scenes)
     static struct tally all[SETTINGS];
     static struct scene shapes;
     struct fault fault;
-
     printf(KNOB_COLUMNS ",scene,seed,in_way,false_clear,false_clear_share,behind_share,false_block_share,"
                         "unknown_share,range_median_m,range_p95_m,range_max_m\n");
     for (unsigned seed = 1; seed <= seeds; seed++) {
@@ -283,7 +279,6 @@ int main(int argc, char **argv)
 {
     const char *what = argc > 1 ? argv[1] : "";
     const bool quick = argc > 2 && strcmp(argv[2], "quick") == 0;
-
     knob_check(settings, SETTINGS);
     if (strcmp(what, "errors") == 0)
         errors(quick ? 1 : SEEDS, quick ? 3 : sea_scenes_n);

@@ -65,7 +65,6 @@ static void list_case(unsigned beam, const struct beam_echoes *b)
     const double heard_m = truth->hearable.target_m[DRAWN_LINE];
     char echo[64] = "silent";
     int which = 0;
-
     if (!verdict_claims(b, heard_m + VERDICT_PAST_M))
         return;
     for (unsigned k = 0; k < w->targets; k++)
@@ -86,7 +85,6 @@ static void list_case(unsigned beam, const struct beam_echoes *b)
 static void list_echoes(const struct verdict *before, const struct verdict *v)
 {
     const double beams = (double)(v->settled_beams - before->settled_beams);
-
     printf("%llu,%u,%s,%.0f", (unsigned long long)sound.world.seed, sound.world.number, sound.world.head, beams);
     for (int c = 0; c < CAUSES; c++)
         printf(",%llu", (unsigned long long)(v->nothing[c] - before->nothing[c]));
@@ -115,7 +113,6 @@ static void judge_ping(const struct listing *list, struct verdict verdict[METHOD
                        struct verdict_sectors sectors[METHODS][CONTEST_KNOBS])
 {
     static struct beam_echoes found[DRAWN_MAX_BEAMS];
-
     for (unsigned c = 0; c < METHODS; c++)
         for (unsigned k = 0; k < knobs_of(c); k++) {
             const bool standard = k == standard_of(c);
@@ -136,7 +133,6 @@ static void judge_world(uint64_t seed, unsigned number, const struct listing *li
     static struct verdict before[METHODS][CONTEST_KNOBS];
     static struct verdict_sectors sectors[METHODS][CONTEST_KNOBS];
     const unsigned standard = contest_standard(CONTEST_SONARD);
-
     memcpy(before, verdict, sizeof before);
     memset(sectors, 0, sizeof sectors);
     contest_begin();
@@ -155,7 +151,6 @@ static void judge_world(uint64_t seed, unsigned number, const struct listing *li
 static struct verdict pooled(unsigned c, unsigned k, unsigned seeds)
 {
     struct verdict sum = {0};
-
     for (unsigned s = 0; s < seeds; s++)
         verdict_add(&sum, &verdicts[s][c][k]);
     return sum;
@@ -167,7 +162,6 @@ static void measure(const struct verdict_measure *m, unsigned c, unsigned seeds,
     const struct verdict sum = pooled(c, standard_of(c), seeds);
     double value[MAX_SEEDS];
     unsigned n = 0;
-
     for (unsigned s = 0; s < seeds; s++) {
         const double v = m->of(&verdicts[s][c][standard_of(c)], m->what);
         if (isfinite(v))
@@ -182,7 +176,6 @@ static void measure(const struct verdict_measure *m, unsigned c, unsigned seeds,
 static double threshold_at(double wrong, unsigned seeds)
 {
     double best = 0.0;
-
     for (unsigned k = 0; k < contest_knobs(CONTEST_THRESHOLD); k++) {
         const struct verdict v = pooled(CONTEST_THRESHOLD, k, seeds);
         if (verdict_past(&v) <= wrong)
@@ -194,7 +187,6 @@ static double threshold_at(double wrong, unsigned seeds)
 static void print_table(uint64_t first, unsigned seeds)
 {
     const struct verdict own = pooled(CONTEST_SONARD, contest_standard(CONTEST_SONARD), seeds);
-
     printf("seeds %llu to %llu, %u worlds each, %llu beams: of all seeds (of the worst or the middle seed)\n%-54s "
            "%6s",
            (unsigned long long)first, (unsigned long long)first + seeds - 1, WORLDS, (unsigned long long)own.beams,
@@ -240,7 +232,6 @@ static void print_reach(unsigned seeds)
 static void print_configuration(unsigned m, unsigned k)
 {
     char text[KNOB_TEXT_MAX];
-
     if (m == CONTEST_SONARD)
         shipped_configuration(contest_knob(CONTEST_SONARD, k), text);
     else
@@ -307,7 +298,6 @@ int main(int argc, char **argv)
                                  .echoes = strcmp(what, "echoes") == 0,
                                  .every_knob = strcmp(what, "table") == 0 || strcmp(what, "roc") == 0};
     const bool reach = strcmp(what, "reach") == 0, worlds = strcmp(what, "worlds") == 0;
-
     if (!(list.cases || list.echoes || list.every_knob || reach || worlds) || last < first ||
         last - first >= MAX_SEEDS)
         return usage();

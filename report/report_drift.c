@@ -65,7 +65,6 @@ static double *apart_m;
 static void *room(size_t n)
 {
     void *p = calloc(1, n);
-
     if (!p) {
         fprintf(stderr, "report_drift: no memory\n");
         exit(1);
@@ -132,7 +131,6 @@ static void enter(struct voxmap *m, const struct dive_look *look, const double d
         .max_beams = 1,
         .beam = &beam};
     const struct voxmap_sensor sensor = {.mount = mount_identity, .shape = CAST_WEDGE};
-
     if (echo) {
         beam.state = BEAM_ECHO;
         beam.n = 1;
@@ -148,7 +146,6 @@ static double dive_through(struct voxmap *m, const struct dive *dive, unsigned s
     struct dice dice = dice_of(seed, 21);
     double drift[2] = {0, 0};
     uint64_t newest = 0;
-
     const double way_m = dive->world->to[2] - dive->world->from[2], begin_ns = cost_now_ns();
     for (size_t i = 0; i < dive->n; i++) {
         const double error_m = ERROR_M * sqrt(2) * creal(dice_normal(&dice));
@@ -208,7 +205,6 @@ static double read_map(const struct voxmap *m)
     const struct block_key from = merge_block_of(frame.first), to = merge_block_of(last);
     struct block_key key;
     double blocks = 0, ns = 0;
-
     for (key.at[0] = from.at[0]; key.at[0] <= to.at[0]; key.at[0]++)
         for (key.at[1] = from.at[1]; key.at[1] <= to.at[1]; key.at[1]++)
             for (key.at[2] = from.at[2]; key.at[2] <= to.at[2]; key.at[2]++, blocks++) {
@@ -238,7 +234,6 @@ static void said_around(const int64_t cell[3], uint8_t *any, uint8_t *all)
 static void grade_volume(const struct world *world, struct outcome *out)
 {
     double wrong = 0, both = 0, either = 0;
-
     EACH_CELL(cell)
     {
         const size_t i = surface_index(&frame, cell);
@@ -257,7 +252,6 @@ static void grade_surface(const struct world *world, struct outcome *out)
 {
     size_t n = 0;
     uint8_t any, all;
-
     EACH_CELL(cell)
     {
         const size_t i = surface_index(&frame, cell);
@@ -284,7 +278,6 @@ static void grade_surface(const struct world *world, struct outcome *out)
 static void keep_reference(const struct world *world)
 {
     uint8_t any, all;
-
     EACH_CELL(cell)
     {
         const size_t i = surface_index(&frame, cell);
@@ -297,7 +290,6 @@ static void keep_reference(const struct world *world)
 static void run(const struct dive *dive, unsigned seed, const struct knob *s, bool drifts, struct outcome *out)
 {
     struct voxmap *m = make(s, dive->world->to[2] - dive->world->from[2]);
-
     *out = (struct outcome){0};
     out->ns_enter = dive_through(m, dive, seed, drifts, drifts && !s->beside);
     if (m->stats.lost > 0 || m->stats.starved > 0) {
@@ -332,7 +324,6 @@ static void frame_world(const struct world *world)
 static void print_outcome(const struct knob *knob, unsigned seed, const struct outcome *o)
 {
     struct conf conf;
-
     knob_conf(knob, &conf);
     knob_print(knob);
     printf(",all,%u,%g,%s,%u,%.4g,%.3g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g\n", seed,
@@ -345,7 +336,6 @@ int main(int argc, char **argv)
 {
     const bool quick = argc > 1 && strcmp(argv[1], "quick") == 0;
     const struct knob whole = KNOB_KEY("map", "submap_distance", WHOLE_M);
-
     knob_base(MAP_BASE);
     knob_check(settings, SETTINGS);
     struct dive *dive = dive_make(world_named("shaft"), quick ? QUICK_TURNS : TURNS, false, 0, DIVE_TRUTH);

@@ -100,7 +100,6 @@ static struct chain *chain_of(const struct knob *s)
 {
     struct chain_conf chain;
     struct conf conf;
-
     knob_conf(s, &conf);
     chain_configure(&conf, &chain);
     if (strcmp(s->name, "fixed_threshold") == 0)
@@ -135,7 +134,6 @@ static void tally_add(struct tally *t, const struct sea_ping *sea, const struct 
     const double free_to_m = found->free_to_m > found->blind_m ? (double)found->free_to_m : 0.0;
     const double free_from_m = fmin((double)found->blind_m, free_to_m);
     bool hit = false;
-
     t->beams++;
     t->water_m += end_m;
     t->claimed_m += fmin(free_to_m, end_m) - fmin(free_from_m, end_m);
@@ -158,7 +156,6 @@ static void tally_add(struct tally *t, const struct sea_ping *sea, const struct 
 static void tally_print(struct tally *t, const struct knob *s, const char *scene, const char *head, unsigned seed)
 {
     const double beams = t->beams, surfaces = fmax(t->surfaces, 1.0);
-
     cost_sort(t->error_m, t->n_errors);
     knob_print(s);
     printf(",%s,%s,%u,%u,%u,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g\n", scene, head, seed, t->beams,
@@ -183,7 +180,6 @@ static void errors_of(const struct knob *setting, unsigned seed)
     static struct tally one, all;
     struct beam_echoes found[SEA_BEAMS];
     struct chain *chain = chain_of(setting);
-
     memset(&all, 0, sizeof all);
     for (unsigned s = 0; s < sea_scenes_n; s++)
         for (int h = 0; h < SEA_HEADS; h++) {
@@ -222,7 +218,6 @@ static double run_all(struct chain *chain, unsigned scenes, unsigned beams, unsi
 {
     struct beam_echoes found[SEA_BEAMS];
     double bins = 0.0;
-
     for (unsigned s = 0; s < scenes; s++)
         for (int h = 0; h < SEA_HEADS; h++) {
             chain_begin(chain, &sea_scenes[s], (enum sea_head)h);
@@ -241,7 +236,6 @@ static double run_all(struct chain *chain, unsigned scenes, unsigned beams, unsi
 static void cost(unsigned repetitions)
 {
     const unsigned beams = 10;
-
     listen_all(sea_scenes_n, 1, beams);
     printf(KNOB_COLUMNS ",ns_per_bin,ns_low,ns_high\n");
     for (size_t i = 0; i < SETTINGS; i++) {
@@ -258,7 +252,6 @@ static void cost(unsigned repetitions)
 static void count(unsigned scenes)
 {
     const unsigned beams = 2;
-
     listen_all(scenes, 1, beams);
     printf(KNOB_COLUMNS ",bins\n");
     for (size_t i = 0; i < SETTINGS; i++) {
@@ -281,7 +274,6 @@ int main(int argc, char **argv)
 {
     const char *what = argc > 1 ? argv[1] : "";
     const bool quick = argc > 2 && strcmp(argv[2], "quick") == 0;
-
     knob_check(settings, SETTINGS);
     if (strcmp(what, "errors") == 0)
         errors(quick ? 2 : SEEDS);

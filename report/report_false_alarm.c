@@ -56,7 +56,6 @@ static uint8_t mask[BEAM];
 static uint64_t seen_power(enum clutter c, const struct amplitude *a, double p)
 {
     const double mean = clutters[c].mean;
-
     switch (c) {
     case POWER:
         return amplitude_of(a, (uint32_t)fmin(mean * p + 0.5, 255.0));
@@ -92,7 +91,6 @@ static struct cfar cfar_for(enum cfar_detector detector, double pfa)
 {
     const uint32_t both = (uint32_t)ceil(RANK_SHARE * 2.0 * SIDE), one = (uint32_t)ceil(RANK_SHARE * SIDE);
     double alpha = 0.0, alpha_one = 0.0;
-
     if (!cfar_alpha(detector, SIDE, SIDE, both, pfa, &alpha) ||
         !cfar_alpha(detector, SIDE, 0, one, pfa, &alpha_one))
         abort();
@@ -110,7 +108,6 @@ static void print_rate(const char *clutter, enum cfar_detector detector, double 
     const double z = 1.96, p = alarms / cells, scale = 1.0 + z * z / cells,
                  mid = (p + z * z / (2.0 * cells)) / scale;
     const double half = z / scale * sqrt(p * (1.0 - p) / cells + z * z / (4.0 * cells * cells));
-
     printf("%s,%s,%.0e,%.0f,%.0f,%.4g,%.4g,%.4g\n", clutter, detector_name[detector], pfa, cells, alarms, p,
            fmax(mid - half, 0.0), mid + half);
 }
@@ -122,7 +119,6 @@ static void independent_cells(enum clutter c, double max_cells)
     double cells[4][ASKED] = {{0.0}}, alarms[4][ASKED] = {{0.0}};
     struct dice dice = dice_of(1, c);
     struct cfar cfar[4][ASKED];
-
     if (!amplitude_init(&amplitude, clutters[c].law, 1, DB_COUNT) || cfar_work_size(BEAM) > sizeof work)
         abort();
     for (uint32_t i = 0; i < TABLE; i++)
@@ -211,7 +207,6 @@ static void whole_stage(double max_bins)
 int main(int argc, char **argv)
 {
     const bool quick = argc > 2 && strcmp(argv[2], "quick") == 0;
-
     if (argc < 2 || strcmp(argv[1], "rates") != 0) {
         fprintf(stderr, "usage: report_false_alarm rates [quick]\n");
         return 2;

@@ -59,7 +59,6 @@ struct rig {
 static void *room(size_t bytes)
 {
     void *p = bytes ? aligned_alloc(64, (bytes + 63) / 64 * 64) : NULL;
-
     if (!p) {
         fprintf(stderr, "report_ghost: no memory\n");
         exit(1);
@@ -79,7 +78,6 @@ static void start(struct rig *rig)
                                      .recentre_m = 0.1};
     struct extract_conf extract;
     struct fault fault;
-
     extract_defaults(&extract);
     rig->memory[0] = room(extract_size(SEA_MAX_BINS));
     rig->extract = extract_init(rig->memory[0], &extract, SEA_MAX_BINS, &fault);
@@ -99,7 +97,6 @@ static void add_power(double *mean, double range_m, double db, double weight)
 {
     const struct ping head = sea_ping_of(SEA_PING360);
     const double bin = range_m / (double)head.dr_m;
-
     if (bin < head.n_bins)
         mean[(uint32_t)bin] += weight * pow(10, db / 10) * (double)(head.pulse_m / head.dr_m);
 }
@@ -109,7 +106,6 @@ static void sound_of(const struct scene *scene, double az_rad, double bounce_db,
 {
     static const double origin[3] = {0, 0, 0};
     double sum = 0;
-
     for (int pass = 0; pass < 2; pass++)
         for (int k = 0; k < RAYS_EL; k++) {
             const double el = 2.0 * k / (RAYS_EL - 1) - 1, weight = exp2(-8 * el * el);
@@ -142,7 +138,6 @@ static bool shows(const struct beam_echoes *b, double range_m, bool *marked)
 static bool is_surface(const struct scene *scene, double az_rad, double range_m)
 {
     static const double origin[3] = {0, 0, 0};
-
     for (int k = -10; k <= 10; k++)
         for (int side = -1; side <= 1; side++) {
             struct scene_hit hit;
@@ -160,7 +155,6 @@ static void tally_beam(const struct scene *scene, const struct beam_echoes *b, s
     static const double origin[3] = {0, 0, 0};
     struct scene_hit hit;
     double d[3];
-
     for (unsigned k = 0; k < b->n; k++)
         if (is_surface(scene, (double)b->az_rad, (double)b->echo[k].range_m)) {
             t->true_echoes++;
@@ -186,7 +180,6 @@ static void tally_clusters(struct rig *rig, uint64_t t_ns, struct tally *t)
     static struct shapes shapes;
     const struct cluster *list;
     uint32_t all;
-
     shapes_look(&shapes, sphere_picture(rig->grid), t_ns);
     const uint32_t n = clusters_look(rig->clusters, rig->grid, t_ns, &list, &all);
     for (uint32_t k = 0; k < n; k++) {
@@ -207,7 +200,6 @@ static void hear(unsigned seed, double bounce_db, unsigned turns, struct tally *
     static uint8_t samples[SEA_MAX_BINS];
     struct rig rig = {0};
     uint64_t t_ns = 0;
-
     start(&rig);
     for (unsigned i = 0; i < turns * BEAMS; i++) {
         struct dice dice = dice_of(seed, i);
@@ -242,7 +234,6 @@ static void row(double bounce_db, unsigned seeds, unsigned turns)
 {
     struct tally all = {0};
     double low[KINDS] = {1, 1}, high[KINDS] = {0};
-
     for (unsigned seed = 1; seed <= seeds; seed++) {
         struct tally t = {0};
         hear(seed, bounce_db, turns, &t);
@@ -269,7 +260,6 @@ int main(int argc, char **argv)
 {
     static const double bounce_db[] = {-3, -9, -15, -21};
     const bool quick = argc > 1 && strcmp(argv[1], "quick") == 0;
-
     printf("bounce_db,seeds,kind,beams,found,marked_share,marked_low,marked_high,true_echoes,true_marked,clusters,"
            "clusters_suspected\n");
     for (int k = 0; k < 4; k += quick ? 2 : 1)

@@ -86,7 +86,6 @@ static struct chain *chain_of(const struct variant *v)
 {
     struct chain_conf conf;
     struct conf shipped;
-
     knob_conf(NULL, &shipped);
     chain_configure(&shipped, &conf);
     v->set(&conf);
@@ -103,7 +102,6 @@ static bool same_echo(const struct echo *a, const struct echo *b)
 static bool same_answer(const struct beam_echoes *a, const struct beam_echoes *b)
 {
     bool same = a->state == b->state && a->n == b->n && a->blind_m == b->blind_m && a->free_to_m == b->free_to_m;
-
     for (unsigned k = 0; same && k < a->n; k++)
         same = same_echo(&a->echo[k], &b->echo[k]);
     return same;
@@ -125,7 +123,6 @@ static void proof_of(struct chain *chain[VARIANTS], const struct sea_scene *scen
                      unsigned seed, unsigned changed[VARIANTS])
 {
     struct beam_echoes want[SEA_BEAMS], got[SEA_BEAMS];
-
     for (unsigned b = 0; b < SEA_BEAMS; b++)
         sea_listen(scene, head, seed, b, &scan[b]);
     answers(chain[0], scene, head, want);
@@ -140,7 +137,6 @@ static void proof(unsigned seeds)
 {
     struct chain *chain[VARIANTS];
     unsigned changed[VARIANTS] = {0};
-
     for (size_t v = 0; v < VARIANTS; v++)
         chain[v] = chain_of(&variants[v]);
     for (unsigned seed = 1; seed <= seeds; seed++)
@@ -170,7 +166,6 @@ static unsigned run_some(struct chain *chain, unsigned scenes, double *ns)
 {
     struct beam_echoes found[SEA_BEAMS];
     unsigned bins = 0;
-
     *ns = 0;
     for (unsigned s = 0; s < scenes; s++)
         for (int h = 0; h < SEA_HEADS; h++) {
@@ -205,7 +200,6 @@ static void cost(unsigned repetitions)
 static void count(unsigned scenes)
 {
     double ns;
-
     listen_some(scenes);
     printf("stage,bins\n");
     for (size_t v = 0; v < VARIANTS; v++) {
@@ -220,7 +214,6 @@ int main(int argc, char **argv)
 {
     const char *what = argc > 1 ? argv[1] : "";
     const bool quick = argc > 2 && strcmp(argv[2], "quick") == 0;
-
     if (strcmp(what, "proof") == 0)
         proof(quick ? 1 : SEEDS);
     else if (strcmp(what, "cost") == 0)

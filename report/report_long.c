@@ -30,7 +30,6 @@
 static struct sphere_conf small_grid(double forget_s)
 {
     struct sphere_conf conf = stable_sphere_usual;
-
     conf.max_cells = 64;
     conf.forget_s = forget_s;
     return conf;
@@ -80,7 +79,6 @@ static double cell_off(struct stable_sphere *s, const double place_m[3])
     double centre_m[3], nearest = INFINITY;
     struct sphere_stats stats;
     struct sphere_cell c;
-
     sphere_centre(s->sphere, centre_m);
     sphere_stats(s->sphere, &stats);
     for (uint32_t d = 0; d < stats.directions; d++)
@@ -103,7 +101,6 @@ static void steps_of_the_centre(uint64_t n, struct stable_found *f)
     struct dice dice = dice_of(2, 31);
     double *north_m = s.pose.position_m;
     float kept = (float)post_m[0];
-
     s.pose.has = POSE_ATTITUDE | POSE_POSITION;
     f->ours = 0;
     for (uint64_t i = 0; i < n; i++) {
@@ -126,7 +123,6 @@ static void steps_of_the_centre(uint64_t n, struct stable_found *f)
 static int by_size(const void *a, const void *b)
 {
     const uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
-
     return (x > y) - (x < y);
 }
 
@@ -166,7 +162,6 @@ static void clock_fit(uint64_t n, struct stable_found *f)
     static struct clock_map map;
     struct dice dice = dice_of(4, 31);
     const uint64_t wrap = UINT64_C(1) << 32, started = 1000 * STABLE_SECOND;
-
     clock_map_init(&map, wrap, 1000000);
     f->ours = 0;
     for (uint64_t i = 0; i < n; i++) {
@@ -228,7 +223,6 @@ static void looks_at_a_voxel(uint64_t n, struct stable_found *f)
     const int64_t ahead[3] = {2, 0, 0};
     void *memory[] = {stable_memory(tiles_bytes(16, 64, 1)), stable_memory(submap_bytes(4, 64))};
     uint8_t wrapping = 0;
-
     tiles_init(&tiles, memory[0], 16, 64, 1);
     submap_init(&map, memory[1], 4, &tiles, &origin);
     cast_opening_init(&opening, CAST_WEDGE, geo_rad(1.5), geo_rad(1.5), 0, &fault);
@@ -301,7 +295,6 @@ int main(int argc, char **argv)
     const char *size = argc > 1 ? argv[1] : "", *only = argc > 2 ? argv[2] : NULL;
     const uint64_t n = strcmp(size, "quick") == 0 ? 100000 : strcmp(size, "long") == 0 ? 1000000000 : 1000000;
     bool failed = false;
-
     printf("quantity,updates,input,naive_method,naive,measure,bound,measured,verdict\n");
     for (const struct quantity *q = quantities; q < quantities + sizeof quantities / sizeof quantities[0]; q++) {
         struct stable_found found = {.naive = NAN, .ours = NAN};

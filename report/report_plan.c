@@ -62,7 +62,6 @@ static void ask(struct pipeline *pipeline, const struct conf *conf, uint64_t t_n
 {
     const struct answer_conf limits = scans_limits(conf);
     const struct answer_now now = scans_now(t_ns);
-
     pipeline_drain(pipeline);
     answer_sectors(pipeline_picture(pipeline), &limits, &now,
                    &(struct answer_band){.lo_rad = geo_rad(-5), .hi_rad = geo_rad(5), .count = SECTORS}, sector);
@@ -73,7 +72,6 @@ static void play(const char *more, const struct sea_scene *scene, struct scans *
 {
     static struct sea_ping sea;
     struct conf conf;
-
     configure(more, &conf);
     struct pipeline *pipeline = scans_start(&conf, 1);
     for (unsigned n = 0; n < SCANS * SEA_BEAMS; n++) {
@@ -161,7 +159,6 @@ static unsigned run_some(const char *more, unsigned first, unsigned scenes, doub
 {
     struct conf conf;
     unsigned bins = 0;
-
     configure(more, &conf);
     struct pipeline *pipeline = scans_start(&conf, 1);
     *ns = 0;
@@ -197,7 +194,6 @@ static void cost(unsigned repetitions)
 static void count(unsigned scenes)
 {
     double ns;
-
     listen_some(scenes);
     printf("stage,bins\n");
     for (size_t k = 0; k < STAGES; k++)
@@ -233,7 +229,6 @@ int main(int argc, char **argv)
     const char *what = argc > 1 ? argv[1] : "";
     const bool quick = argc > 2 && strcmp(argv[2], "quick") == 0;
     const unsigned scenes = quick ? 3 : sea_scenes_n;
-
     if (strcmp(what, "proof") == 0)
         proof(scenes);
     else if (strcmp(what, "cost") == 0)

@@ -56,7 +56,6 @@ static long double hit_weight, miss_weight, fade_s, blocked;
 static void make_events(unsigned seed, unsigned n)
 {
     struct dice dice = dice_of(seed, 11);
-
     for (unsigned i = 0; i < n; i++)
         events[i] = (struct event){(float)ldexp(round(ldexp(0.02 * pow(1e3, dice_uniform(&dice)), 20)), -20),
                                    dice_uniform(&dice) < 0.4};
@@ -105,7 +104,6 @@ static void in_product(unsigned n, double *out)
                                      .blocked_above = 0.6,
                                      .recentre_m = 0.1};
     struct stable_sphere s = stable_sphere(&conf);
-
     for (unsigned i = 0; i < n; i++) {
         s.t_ns += (uint64_t)llround((double)events[i].dt_s * 1e9);
         stable_ping(&s, 1, events[i].hit ? RANGE_M : 0, 10);
@@ -220,7 +218,6 @@ static struct aimed aim(const struct cast_opening *opening, double distance_m, u
     struct dice dice = dice_of(seed, 12);
     struct lattice_place apex;
     struct aimed at;
-
     for (int a = 0; a < 3; a++) {
         apex.cell[a] = a < 2 ? (int64_t)(distance_m / VOXEL_M) : 0;
         apex.offset[a] = ldexp(floor(ldexp(dice_uniform(&dice), 10)), -10);
@@ -240,7 +237,6 @@ static struct aimed aim(const struct cast_opening *opening, double distance_m, u
 static unsigned ask_all(predicate *asked, const struct aimed *at, bool first)
 {
     unsigned n = 0, k = 0;
-
     for (int64_t i = -WIDE; i <= WIDE; i++)
         for (int64_t j = -WIDE; j <= WIDE; j++)
             for (int64_t d = -HIGH; d <= HIGH; d++, k++) {
@@ -289,7 +285,6 @@ int main(int argc, char **argv)
 {
     const char *what = argc > 1 ? argv[1] : "";
     const bool quick = argc > 2 && strcmp(argv[2], "quick") == 0;
-
     if (strcmp(what, "evidence") == 0)
         evidence(quick ? 10000 : UPDATES_MAX, quick ? 2 : SEEDS);
     else if (strcmp(what, "voxels") == 0)

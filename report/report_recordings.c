@@ -41,7 +41,6 @@ static int n_looks;
 static void take(void *unused, const struct ping *ping, double bearing_deg)
 {
     struct look *l = &looks[n_looks];
-
     (void)unused;
     if (n_looks == MAX_PINGS)
         return;
@@ -76,7 +75,6 @@ static void row(const char *what, const char *aim, const char *format, ...)
 {
     char text[120];
     va_list args;
-
     va_start(args, format);
     vsnprintf(text, sizeof text, format, args);
     va_end(args);
@@ -94,7 +92,6 @@ static void missing(const char *what)
 static void wrong(const char *what, int ping, double at_m)
 {
     const struct look *l = &looks[ping];
-
     if (form == CASES)
         printf("%s,%d,%.1f,%.2f,%.2f,%.2f,%.2f\n", what, ping, l->bearing_deg, at_m, (double)l->found.blind_m,
                (double)l->found.free_to_m, l->found.n > 0 ? (double)l->found.echo[0].range_m : NAN);
@@ -103,7 +100,6 @@ static void wrong(const char *what, int ping, double at_m)
 static bool claims(const struct look *l, double to_m)
 {
     const struct beam_echoes *b = &l->found;
-
     return b->state != BEAM_BLIND && b->free_to_m > b->blind_m && (double)b->free_to_m > to_m;
 }
 
@@ -139,7 +135,6 @@ static double turned(double a_deg, double b_deg)
 static double along(const struct wall *w, double bearing_deg)
 {
     const double c = cos(geo_rad(bearing_deg - w->normal_deg));
-
     return c > 1e-3 ? w->distance_m / c : INFINITY;
 }
 
@@ -147,7 +142,6 @@ static void box(void)
 {
     static const struct wall walls[] = {{0.261, 94.8}, {0.294, 273.9}, {1.460, 184.7}};
     int found = 0, early = 0, past = 0;
-
     if (!hear_text("tests/replay/box.csv", &recordings_ping360_2m)) {
         missing("box");
         return;
@@ -170,7 +164,6 @@ static void box(void)
 static double loudest_near(const struct look *l, double range_m)
 {
     uint32_t best = (uint32_t)fmax(0.0, (range_m - 0.6) / l->dr_m);
-
     for (uint32_t i = best; i < l->n && i * l->dr_m < range_m + 0.6; i++)
         if (l->sample[i] > l->sample[best])
             best = i;
@@ -183,7 +176,6 @@ static struct wall fitted(const int *of, int n, const struct wall *about)
     struct wall best = *about;
     double least_m = INFINITY;
     int most = -1;
-
     for (int d = -30; d <= 30; d++)
         for (int a = -20; a <= 20; a++) {
             const struct wall w = {about->distance_m + 0.005 * d, about->normal_deg + 0.25 * a};
@@ -236,7 +228,6 @@ static void tank_wall(const char *name, const char *aim, const struct wall *wall
 static void tank(void)
 {
     int claims_n = 0, beside = 0;
-
     if (!hear_text(DATA "micron-tank-rosbag/static_sonar.csv", &recordings_micron)) {
         missing("tank");
         return;
@@ -263,7 +254,6 @@ static double first_edge_m(const struct look *l, const struct edge_rule *rule, d
     const uint32_t before = (uint32_t)fmax(2.0, round(0.25 / l->dr_m)),
                    rise = (uint32_t)fmax(1.0, round(0.2 / l->dr_m)),
                    after = (uint32_t)fmax(2.0, round(0.8 / l->dr_m));
-
     for (uint32_t i = (uint32_t)(from_m / l->dr_m) + before; i + after < l->n; i++) {
         uint32_t sum = 0, most = 0;
         bool quiet = l->sample[i] > rule->quiet;
@@ -283,7 +273,6 @@ static void edges(const char *name, const char *aim_past, const struct edge_rule
 {
     char what[80];
     int n = 0, past = 0, right = 0, early = 0;
-
     for (int i = 0; i < n_looks; i++) {
         const struct look *l = &looks[i];
         const double at_m = first_edge_m(l, rule, 0.6);
@@ -308,7 +297,6 @@ static double first_return_m(const struct look *l)
 {
     const uint32_t need = (uint32_t)fmax(2.0, round(0.5 * l->pulse_m / l->dr_m));
     uint32_t run = 0;
-
     for (uint32_t i = (uint32_t)(0.9 / l->dr_m); i < l->n; i++) {
         run = l->sample[i] >= 60 ? run + 1 : 0;
         if (run == need)
@@ -321,7 +309,6 @@ static void past_returns(const char *name)
 {
     char what[80];
     int n = 0, past = 0;
-
     for (int i = 0; i + 1 < n_looks; i++) {
         const double at_m = first_return_m(&looks[i]), next_m = first_return_m(&looks[i + 1]);
         if (!isfinite(at_m) || looks[i].dr_m != looks[i + 1].dr_m || !(fabs(at_m - next_m) <= 0.3))
@@ -342,7 +329,6 @@ static void free_metres(const char *name, const char *aim, double range_least_m)
     double silent_m = 0.0, all_m = 0.0;
     char what[80];
     int n = 0, silent = 0, near = 0;
-
     for (int i = 0; i < n_looks; i++) {
         const struct look *l = &looks[i];
         if (l->n * l->dr_m < range_least_m)
@@ -364,7 +350,6 @@ static void free_metres(const char *name, const char *aim, double range_least_m)
 static void ping360_log(const char *name, const char *path)
 {
     char what[80];
-
     if (!hear_log(path)) {
         missing(name);
         return;
@@ -380,7 +365,6 @@ static void ping360_log(const char *name, const char *path)
 static double loudest_beyond(const struct look *l, double from_m, uint8_t *count)
 {
     uint32_t best = (uint32_t)(from_m / l->dr_m);
-
     for (uint32_t i = best; i < l->n; i++)
         if (l->sample[i] > l->sample[best])
             best = i;
@@ -392,7 +376,6 @@ static double loudest_beyond(const struct look *l, double from_m, uint8_t *count
 static bool on_a_wall(int i, uint8_t bright, double *at_m)
 {
     uint8_t count, beside;
-
     *at_m = loudest_beyond(&looks[i], 1.5, &count);
     if (count < bright || i == 0 || i + 1 >= n_looks)
         return false;
@@ -406,7 +389,6 @@ static bool on_a_wall(int i, uint8_t bright, double *at_m)
 static bool is_empty(const struct look *l)
 {
     uint8_t count;
-
     loudest_beyond(l, 1.3, &count);
     return count <= 80;
 }
@@ -417,7 +399,6 @@ static void quay(const char *name, const char *path, int empty_end, uint8_t brig
 {
     char what[80];
     int walls = 0, found = 0, past = 0, empty = 0, echoes = 0, front = 0, near = 0;
-
     if (!hear_text(path, &recordings_micron)) {
         missing(name);
         return;
@@ -462,7 +443,6 @@ static void quay(const char *name, const char *path, int empty_end, uint8_t brig
 static void target(void)
 {
     int bright = 0, found = 0, past = 0, empty = 0, echoes = 0;
-
     if (!hear_text(DATA "tritech-v4log-target/target-first-234.csv", &recordings_tritech_10m)) {
         missing("target");
         return;
@@ -523,7 +503,6 @@ static int usage(void)
 int main(int argc, char **argv)
 {
     bool look = true, held = true, all = true;
-
     for (int i = 1; i < argc; i++) {
         unsigned c = 0;
         while (c < CONTESTANTS && strcmp(argv[i], contest_name[c]) != 0)

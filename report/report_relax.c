@@ -36,7 +36,6 @@ static const double mu[] = {0, 0.1, 0.25, 0.5, 1};
 static struct sphere *grid_of(double relaxation)
 {
     struct sphere_conf conf = basin_grid_conf(NULL);
-
     conf.relaxation = relaxation;
     return basin_grid(&conf);
 }
@@ -51,7 +50,6 @@ static void drive(const struct basin *basin, struct sphere *grid)
 {
     struct beam_echoes heard;
     struct echoes e = {.beam = &heard};
-
     for (unsigned i = 0; i < BASIN_TURNS * BASIN_BEAMS; i++) {
         basin_listen(basin, i / BASIN_BEAMS, i % BASIN_BEAMS, false, &e);
         sphere_enter(grid, &e, &mount_identity);
@@ -65,7 +63,6 @@ static bool has_surface(const struct basin *basin, const double place[2], const 
     struct layers layers;
     static double edge[LAYERS_MAX + 1];
     double az_rad, el_rad;
-
     const struct sphere_conf shipped = basin_grid_conf(NULL);
     layers_init(&layers, &shipped.layers, edge);
     const int32_t layer = layers_index(&layers, range_m);
@@ -97,7 +94,6 @@ static void compare(unsigned seed, double relaxation, struct tally *t)
     struct picture_entry plain, relaxed;
     double centre_m[3];
     struct sphere *grid[2] = {grid_of(0), grid_of(relaxation)};
-
     basin_make(&basin, seed);
     for (int i = 0; i < 2; i++)
         drive(&basin, grid[i]);
@@ -162,7 +158,6 @@ static double wall_range(double az_rad)
     const double x = POST_M * cos(POST_AZ_RAD), y = POST_M * sin(POST_AZ_RAD);
     const double along = x * cos(az_rad) + y * sin(az_rad),
                  under = POST_RADIUS * POST_RADIUS - POST_M * POST_M + along * along;
-
     if (along > 0 && under >= 0)
         return along - sqrt(under);
     return cos(az_rad) > 0 && fabs(WALL_M * tan(az_rad)) <= WALL_HALF_M ? WALL_M / cos(az_rad) : INFINITY;
@@ -172,7 +167,6 @@ static double wall_range(double az_rad)
 static double wall_near(double az_rad, double half_rad)
 {
     double near_m = INFINITY;
-
     for (int k = -8; k <= 8; k++)
         near_m = fmin(near_m, wall_range(az_rad + half_rad * k / 8));
     return near_m;
@@ -184,7 +178,6 @@ static uint64_t wall_turn(struct sphere *grid, unsigned seed, unsigned turn)
     struct echoes e = {.beam = &h, .n_beams = 1, .max_beams = 1, .pose = pose_identity};
     struct dice dice = dice_of(seed, turn);
     const double first = dice_uniform(&dice);
-
     for (unsigned i = 0; i < BEAMS; i++) {
         const double az_rad = GEO_TURN * (first + i) / BEAMS, near_m = wall_near(az_rad, HALF_BEAM);
         h = (struct beam_echoes){
@@ -222,7 +215,6 @@ static void ask_wall(struct sphere *grid, uint64_t t_ns, struct misses *m)
     const struct answer_now now = {.now_ns = t_ns, .pose_fresh = true, .pose = pose_identity};
     const struct rings *rings = sphere_picture(grid)->rings;
     const uint32_t ring = rings_ring(rings, rings_index(rings, 0, 1e-6));
-
     for (uint32_t d = rings->start[ring]; d < rings->start[ring + 1]; d++) {
         struct answer_query q = {.distance_m = 7, .half_angle_rad = 1e-6};
         struct answer a;
@@ -270,7 +262,6 @@ static void walls(unsigned seeds)
 int main(int argc, char **argv)
 {
     const bool quick = argc > 2 && argv[2][0] == 'q';
-
     if (argc > 1 && strcmp(argv[1], "basin") == 0)
         basins(quick ? 1 : SEEDS);
     else if (argc > 1 && strcmp(argv[1], "wall") == 0)

@@ -157,7 +157,6 @@ static void count(void)
 int main(int argc, char **argv)
 {
     const char *what = argc > 1 ? argv[1] : "";
-
     aim();
     if (strcmp(what, "proof") == 0)
         proof();

@@ -71,7 +71,6 @@ static double look_m(void)
 static double nearest_plane(double az_rad)
 {
     double nearest_m = INFINITY;
-
     for (unsigned i = 0; i < sound.world.planes; i++) {
         const struct drawn_plane *p = &sound.world.plane[i];
         const double rise = tan(p->slope_rad) * cos(az_rad - p->az_rad);
@@ -91,7 +90,6 @@ static void learn_truth(struct truth *of, double az_rad)
     const double cell_m = sound.world.range_m / HEARABLE_CELLS;
     struct hearable hearable;
     int from = 0, to;
-
     insonify_beam(&sound.insonify, sound.ping.pose.position_m, az_rad, &beam);
     hearable_beam(&sound.insonify, &sound.margins, &beam, 1.0, true, &hearable);
     while (from < HEARABLE_CELLS && !(hearable.cell[from] >> DRAWN_WALL & 1))
@@ -142,7 +140,6 @@ static void learn_rivals(void)
 {
     static struct beam_echoes found[DRAWN_MAX_BEAMS];
     static bool begun[SECTORS];
-
     if (sound.world.beams > 1 || (sound.ping.flags & PING_NEW_TURN))
         memset(begun, 0, sizeof begun);
     for (enum contestant c = CONTEST_THRESHOLD; c < CONTESTANTS; c++) {
@@ -163,7 +160,6 @@ static void hear(struct pipeline *pipeline)
 {
     struct ping *ping = pipeline_begin(pipeline);
     struct ping heard = sound.ping;
-
     heard.max_beams = ping->max_beams;
     heard.max_samples = ping->max_samples;
     heard.beam = ping->beam;
@@ -190,7 +186,6 @@ static void ask(struct pipeline *pipeline, const struct conf *conf)
     static struct verdict verdict;
     struct records *records = pipeline_records(pipeline);
     struct records_reading reading = {0};
-
     records_open(records, &reading);
     const struct verdict_evidence by = {pipeline_picture(pipeline), records->store, &reading.list, &limits, &now};
     if (verdict_begin(&verdict, &by, &query, OWN_M))
@@ -208,7 +203,6 @@ static void count_sector(struct count *n, const struct truth *t, const struct sa
 {
     const bool clear = t->to_m >= look_m() + SLACK_M && t->from_m < look_m();
     const bool near = s->state == ANSWER_BLOCKED && s->range_m < look_m();
-
     n->sectors++;
     n->clear += clear;
     n->said_clear += clear && !near && s->free_to_m >= look_m() - 1e-3;
@@ -233,7 +227,6 @@ static enum kind kind_of(const struct drawn_world *w)
 static void judge_world(uint64_t seed, unsigned number)
 {
     static struct conf conf;
-
     drawn_sound_begin(&sound, seed, number);
     if (sound.world.beam_step_rad > (double)sound.ping.az_aperture_rad)
         return;
@@ -384,7 +377,6 @@ int main(int argc, char **argv)
     const bool quick = argc > 2 && strcmp(argv[2], "quick") == 0, given = argc > 2 && argv[2][0] <= '9';
     const uint64_t first = given ? strtoull(argv[2], NULL, 10) : 1, usual = given ? first : quick ? 2 : SEEDS;
     const uint64_t last = given && argc > 3 ? strtoull(argv[3], NULL, 10) : usual;
-
     if (strcmp(what, "table") != 0 && strcmp(what, "csv") != 0) {
         fprintf(stderr, "usage: report_sectors table|csv [FIRST [LAST] | quick]\n");
         return 2;

@@ -67,7 +67,6 @@ static double free_along(const struct chart *c, const double from[3], int axis, 
 {
     struct lattice_place at = chart_place(c, from);
     double length_m = 0;
-
     for (; chart_cell(c, at.cell) == VOXEL_FREE; at.cell[axis] += step)
         length_m += c->set.voxel_m;
     return length_m;
@@ -80,7 +79,6 @@ static double measure(const struct chart *c, const struct dimension *d)
     const double h = c->set.voxel_m;
     double sum = 0;
     unsigned n = 0;
-
     for (double p = d->low[u]; p <= d->high[u]; p += h)
         for (double q = d->low[v]; q <= d->high[v] && n < MAX_ROWS; q += h) {
             double at[3];
@@ -101,7 +99,6 @@ static void maps_of(const struct dive *dive, struct dive_ears *ears, const struc
 {
     struct dice dice = dice_of(seed, UINT64_MAX);
     const double scale = 1 + DEPTH_SCALE_SD * normal(&dice), offset_m = DEPTH_OFFSET_M * normal(&dice);
-
     for (unsigned k = 0; k < n; k++)
         map[k] = chart_make(dive->world, &set[k]);
     dive_begin(ears);
@@ -132,7 +129,6 @@ static void print_row(const char *seed, const struct dimension *d, double found_
 static void table(const struct dive *dive, struct dive_ears *ears, unsigned seeds)
 {
     static double found[DIMENSIONS][SEEDS], percent[DIMENSIONS][SEEDS];
-
     printf("seed,dimension,true_m,paper_m,paper_percent,found_m,percent,worst_percent\n");
     for (unsigned s = 0; s < seeds; s++) {
         struct chart *c = map_of(dive, ears, s + 1, dive->n);
@@ -263,7 +259,6 @@ static void measure_settings(const struct dive *dive, struct dive_ears *ears, un
 static void print_named(const char *part, const struct knob *knob)
 {
     char text[KNOB_TEXT_MAX];
-
     knob_configuration(knob, text);
     printf("%s,\"%s\",\"%s\",", part, knob->label, text);
 }
@@ -305,7 +300,6 @@ static void settings(const struct dive *dive, unsigned seeds)
 static double row_error(const struct chart *c, const double from[3], int axis)
 {
     double d[3] = {0}, true_m = 0;
-
     for (int sign = -1; sign <= 1; sign += 2) {
         d[axis] = sign;
         true_m += world_ray(c->world, from, d, DIVE_RANGE_M, 0);
@@ -322,7 +316,6 @@ static double mean_error(const struct chart *c, int axis)
     const double h = c->set.voxel_m;
     double sum = 0;
     unsigned n = 0;
-
     for (double beside_m = -BESIDE_M; beside_m <= BESIDE_M; beside_m += h)
         for (double z = w->from[2]; z <= w->to[2] && n < MAX_ROWS; z += h) {
             double at[3] = {w->from[0], w->from[1], z};
@@ -344,7 +337,6 @@ static void fresh_shaft(uint64_t seed, struct dive_ears *ears, const struct knob
     struct dive *dive = dive_make(&world, turns, true, 0, DIVE_SOUND);
     struct chart_setting set[NAMED];
     struct chart *map[NAMED];
-
     for (unsigned k = 0; k < n; k++) {
         struct conf conf;
         knob_conf(knob[k], &conf);
@@ -369,7 +361,6 @@ static void fresh(unsigned shafts)
     const struct knob *promised[NAMED];
     unsigned n = 0;
     struct dive_ears *ears = dive_ears_make(true);
-
     for (size_t k = 0; k < NAMED; k++)
         if (named[k].number == PROMISED)
             promised[n++] = &named[k];
@@ -403,7 +394,6 @@ static void cut(const char *figure, const char *name, const struct chart *c, int
 {
     const double h = c->set.voxel_m, at[3] = {other_m, other_m, 0};
     int64_t cell[3];
-
     cell[1 - across] = chart_place(c, at).cell[1 - across];
     for (int32_t i = 0; i < c->box.size[across]; i++) {
         cell[across] = c->box.first[across] + i;
@@ -446,7 +436,6 @@ int main(int argc, char **argv)
     const bool gain = strcmp(what, "gain") == 0, paper = gain || strcmp(what, "paper") == 0;
     const bool cuts = strcmp(what, "slices") == 0, all = strcmp(what, "settings") == 0;
     const unsigned seeds = quick ? QUICK_SEEDS : SEEDS;
-
     if (strcmp(what, "fresh") == 0) {
         fresh(quick ? QUICK_FRESH : FRESH);
         return 0;

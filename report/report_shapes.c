@@ -59,7 +59,6 @@ static void draw_tank(struct tank *tank, unsigned seed)
     struct fault fault;
     char text[160];
     double *d = tank->distance_m;
-
     for (int axis = 0; axis < 2; axis++) {
         const double half_m = between(&dice, 1.5, 9), off_m = between(&dice, -1, 1) * (half_m - CLEAR_M);
         d[axis] = half_m - off_m;
@@ -81,7 +80,6 @@ static void sound_of(const struct tank *tank, const struct ping *head, double az
 {
     static const double origin[3] = {0, 0, 0};
     double sum = 0;
-
     for (int k = 0; k < 2 * RAYS_AZ * RAYS_EL; k++) {
         const int ray = k % (RAYS_AZ * RAYS_EL);
         const double az = 2.0 * (ray / RAYS_EL) / (RAYS_AZ - 1) - 1,
@@ -115,7 +113,6 @@ static void start(struct rig *rig)
     struct extract_conf extract;
     struct fault fault = {"no memory"};
     void *memory = malloc(extract_size(SEA_MAX_BINS));
-
     conf.layers.r_max_m = GRID_TO_M;
     extract_defaults(&extract);
     rig->extract = memory ? extract_init(memory, &extract, SEA_MAX_BINS, &fault) : NULL;
@@ -132,7 +129,6 @@ static uint64_t hear(struct rig *rig, const struct tank *tank, unsigned seed, bo
     static const struct sea_scene water = {.floor_db = -44, .reverb_db = -60};
     static uint8_t samples[SEA_MAX_BINS];
     uint64_t t_ns = 0;
-
     for (unsigned i = 0; i < TURNS * BEAMS; i++) {
         struct dice dice = dice_of(seed, 1000 + i);
         struct ping ping = sea_ping_of(SEA_PING360);
@@ -168,7 +164,6 @@ static unsigned count(int k, bool found[SIDES], unsigned *right, unsigned *wrong
 {
     const bool first = k >= 0 && !found[k];
     unsigned n = 0;
-
     if (first)
         found[k] = true;
     ++*(first ? right : wrong);
@@ -180,7 +175,6 @@ static unsigned count(int k, bool found[SIDES], unsigned *right, unsigned *wrong
 static int wall_at(const struct tank *tank, const struct wall *w)
 {
     const int k = (int)lround(w->normal_rad / (GEO_PI / 2)) % SIDES;
-
     return fabs(geo_wrap_pi(w->normal_rad - k * GEO_PI / 2)) < geo_rad(8) &&
                    fabs(w->distance_m - tank->distance_m[k]) < 0.1 + 0.02 * tank->distance_m[k]
                ? k
@@ -190,7 +184,6 @@ static int wall_at(const struct tank *tank, const struct wall *w)
 static int corner_at(const struct tank *tank, const struct tangent_point *p)
 {
     const double *d = tank->distance_m, x = p->x_m < 0 ? -d[2] : d[0], y = p->y_m < 0 ? -d[3] : d[1];
-
     return hypot(p->x_m - x, p->y_m - y) < 0.2 + 0.03 * hypot(x, y) ? (p->x_m < 0) + 2 * (p->y_m < 0) : -1;
 }
 
@@ -198,7 +191,6 @@ static void tally_shapes(const struct tank *tank, const struct shapes *shapes, s
 {
     bool wall[SIDES] = {false}, corner[SIDES] = {false};
     unsigned walls = 0, corners = 0;
-
     for (uint32_t k = 0; k < shapes->n; k++)
         walls = count(wall_at(tank, &shapes->wall[k]), wall, &t->walls, &t->walls_false);
     for (uint32_t k = 0; k < shapes->corners; k++)
@@ -211,7 +203,6 @@ static void row(bool yaws, double compass_deg, unsigned seeds)
 {
     static struct shapes shapes;
     struct tally t = {0};
-
     for (unsigned seed = 1; seed <= seeds; seed++) {
         struct tank tank;
         struct rig rig;
@@ -230,7 +221,6 @@ static void row(bool yaws, double compass_deg, unsigned seeds)
 int main(int argc, char **argv)
 {
     const bool quick = argc > 1 && strcmp(argv[1], "quick") == 0;
-
     printf("vehicle,compass_deg,seeds,walls,walls_found,walls_false,corners_found,corners_false,all_four_walls,"
            "all_four_corners\n");
     for (int yaws = 0; yaws < 2; yaws++)

@@ -71,7 +71,6 @@ static void make(struct set *set, const struct part *part)
                                      .blocked_above = 0.6,
                                      .recentre_m = 0.1};
     struct fault fault;
-
     *set = (struct set){.part = part, .grids = part->second ? 2 : 1};
     for (unsigned g = 0; g < set->grids; g++)
         set->grid[g] = sphere_init(room(set, g, sphere_bytes(&conf, &fault)), &conf);
@@ -91,7 +90,6 @@ static void drop(struct set *set)
 static void listen(const struct part *part)
 {
     struct basin basin;
-
     basin_make(&basin, 1);
     for (unsigned i = 0; i < BASIN_TURNS * BASIN_BEAMS; i++) {
         ping[i].beam = &heard[i];
@@ -108,7 +106,6 @@ void spared_run(struct set *set, unsigned turns)
 {
     const struct cluster *list;
     uint32_t all;
-
     for (unsigned i = 0; i < turns * BASIN_BEAMS; i++) {
         for (unsigned g = 0; g < set->grids; g++)
             sphere_enter(set->grid[g], &ping[i], &mount_identity);
@@ -123,7 +120,6 @@ static uint32_t changed(struct set *a, struct set *b)
 {
     struct picture *p = sphere_picture(a->grid[0]), *q = sphere_picture(b->grid[0]);
     uint32_t n = 0;
-
     if (p->rings->n != q->rings->n)
         return p->rings->n;
     for (uint32_t d = 0; d < p->rings->n; d++) {
@@ -140,7 +136,6 @@ static uint32_t changed(struct set *a, struct set *b)
 static void proof(unsigned repetitions)
 {
     struct set plain, set;
-
     printf("part,must_be,directions,changed,bytes,ns,ns_low,ns_high\n");
     for (size_t k = 0; k < PARTS; k++) {
         double ns[REPETITIONS];
@@ -168,7 +163,6 @@ static void proof(unsigned repetitions)
 static void count(unsigned turns)
 {
     struct set set;
-
     printf("part,bins\n");
     for (size_t k = 0; k < PARTS; k++) {
         make(&set, &parts[k]);
@@ -186,7 +180,6 @@ static uint32_t in_cone(const struct rings *rings, uint32_t uniform, double el_r
 {
     double axis[3], u[3];
     uint32_t held = 0;
-
     geo_direction(0.01, el_rad, axis);
     for (uint32_t j = 0; j < rings->n_rings; j++) {
         const uint32_t n = uniform ? uniform : rings->start[j + 1] - rings->start[j];
@@ -203,7 +196,6 @@ static void rings_of(double step_deg, bool uniform)
     static struct rings rings;
     double least = INFINITY, most = 0;
     uint32_t directions = 0, n;
-
     rings_full(&rings, geo_rad(step_deg));
     const uint32_t around = uniform ? (uint32_t)ceil(GEO_TURN / rings.step_rad - 1e-9) : 0;
     for (uint32_t j = 0; j < rings.n_rings; j++, directions += n) {
@@ -221,7 +213,6 @@ int main(int argc, char **argv)
 {
     const char *what = argc > 1 ? argv[1] : "";
     const bool quick = argc > 2 && strcmp(argv[2], "quick") == 0;
-
     if (strcmp(what, "proof") == 0)
         proof(quick ? 3 : REPETITIONS);
     else if (strcmp(what, "count") == 0)

@@ -58,7 +58,6 @@ static struct sphere *grid_of(const struct knob *knob)
 {
     static struct sphere *grid;
     const struct sphere_conf conf = basin_grid_conf(knob);
-
     free(grid);
     return grid = basin_grid(&conf);
 }
@@ -85,7 +84,6 @@ static struct answer ask(const struct asking *asking, double az_rad, double dist
     const struct answer_query q = {
         .az_rad = geo_wrap(az_rad), .ned = true, .distance_m = distance_m, .half_angle_rad = half_rad};
     struct answer a;
-
     answer_direction(asking->picture, &asking->conf, &asking->now, &q, &a);
     return a;
 }
@@ -116,7 +114,6 @@ static double beyond_edge(const struct asking *asking, double middle_rad, double
 {
     const double step = geo_rad(0.1);
     double beyond = 0;
-
     for (; beyond < geo_rad(20); beyond += step) {
         const struct answer a = ask(asking, middle_rad + side * (half_rad + beyond), range_m + NEAR_POST_M, 1e-4);
         if (a.state != ANSWER_BLOCKED || fabs(a.range_m - range_m) > NEAR_POST_M)
@@ -142,7 +139,6 @@ static void drive(struct sphere *grid, const struct basin *basin, unsigned turn,
 {
     struct beam_echoes heard;
     struct echoes e = {.beam = &heard};
-
     for (unsigned beam = 0; beam < BASIN_BEAMS; beam++) {
         basin_listen(basin, turn, beam, false, &e);
         sphere_enter(grid, &e, &mount_identity);
@@ -195,7 +191,6 @@ static void cost(unsigned repetitions)
     static struct beam_echoes heard[COST_TURNS * BASIN_BEAMS];
     static struct echoes ping[COST_TURNS * BASIN_BEAMS];
     struct basin basin;
-
     basin_make(&basin, 1);
     for (unsigned i = 0; i < COST_TURNS * BASIN_BEAMS; i++) {
         ping[i].beam = &heard[i];
@@ -223,7 +218,6 @@ static void count(unsigned beams)
     struct beam_echoes heard;
     struct echoes e = {.beam = &heard};
     struct basin basin;
-
     basin_make(&basin, 1);
     printf(KNOB_COLUMNS ",bins\n");
     for (size_t k = 0; k < SETTINGS; k++) {
@@ -242,7 +236,6 @@ int main(int argc, char **argv)
 {
     const char *what = argc > 1 ? argv[1] : "";
     const bool quick = argc > 2 && strcmp(argv[2], "quick") == 0;
-
     knob_check(settings, SETTINGS);
     if (strcmp(what, "errors") == 0)
         errors(quick ? 1 : SEEDS, quick ? 2 : BASIN_TURNS);

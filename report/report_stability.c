@@ -42,7 +42,6 @@ static bool has_row(const char *id)
 static int missing(void)
 {
     int n = 0;
-
     for (size_t k = 0; k < sizeof catalogue / sizeof catalogue[0]; k++)
         for (int i = 1; i <= catalogue[k].n; i++) {
             char id[16];
@@ -70,7 +69,6 @@ int main(int argc, char **argv)
     const bool quick = argc > 1 && strcmp(argv[1], "quick") == 0;
     int failed = missing();
     char text[3][32];
-
     printf("case,about,input,naive_method,naive,naive_is,measure,bound,measured,verdict\n");
     for (size_t l = 0; l < LISTS; l++)
         for (const struct stable_case *c = lists[l].cases; c->id; c++) {

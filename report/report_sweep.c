@@ -215,7 +215,6 @@ static void check_keys(void)
 static void check_rows(void)
 {
     static struct knob knob[SWEPT * MAX_VALUES];
-
     for (size_t i = 0; i < n_rows; i++)
         knob[i] = rows[i].knob;
     knob_check(knob, n_rows);
@@ -242,7 +241,6 @@ static void errors(const char *size)
 {
     static struct way way;
     const unsigned seeds = strcmp(size, "long") == 0 ? LONG_SEEDS : strcmp(size, "quick") == 0 ? 1 : SEEDS;
-
     printf(KNOB_COLUMNS
            ",section,seed,in_way,past,past_share,open,false_block_share,unknown_share,unsaid_share,limits,"
            "too_fast_share,limit_mps,map_solid,map_false_share,map_said_share,us_per_ping\n");
@@ -263,7 +261,6 @@ static void errors(const char *size)
 static void count(const char *size)
 {
     static struct way way;
-
     way_record(&way, 1, COUNT_PINGS);
     printf(KNOB_COLUMNS ",section,bins\n");
     for (size_t i = 0; i < n_rows; i++) {
@@ -282,7 +279,6 @@ static void count(const char *size)
 int main(int argc, char **argv)
 {
     const char *what = argc > 1 ? argv[1] : "", *size = argc > 2 ? argv[2] : "";
-
     make_rows();
     check_keys();
     check_rows();

@@ -69,7 +69,6 @@ static const struct {
 static struct sea_scene scene_like(const char *name)
 {
     const struct sea_scene *as = sea_scenes;
-
     while (strcmp(as->name, name) != 0)
         as++;
     return *as;
@@ -78,7 +77,6 @@ static struct sea_scene scene_like(const char *name)
 static struct sea_scene scene_of(size_t v)
 {
     struct sea_scene scene = scene_like(variants[v].as);
-
     scene.name = variants[v].name;
     scene.shapes = variants[v].shapes ? variants[v].shapes : scene.shapes;
     scene.surface_db -= variants[v].fainter_db;
@@ -94,7 +92,6 @@ static void add_beam(struct tally *t, const struct sea_ping *sea, const struct b
 {
     const double free_m = found->free_to_m > found->blind_m ? (double)found->free_to_m : 0.0;
     const double end_m = fmin(sea->nearest_m, (double)sea->ping.dr_m * sea->ping.n_bins);
-
     t->water_m += end_m;
     t->said_m += fmax(0.0, fmin(free_m, end_m) - (double)found->blind_m);
     if (!isfinite(sea->nearest_m))
@@ -111,7 +108,6 @@ static void add_beam(struct tally *t, const struct sea_ping *sea, const struct b
 static void listen_to(const struct sea_scene *scene, struct shipped **shipped, unsigned seeds, struct tally *t)
 {
     static struct sea_ping sea;
-
     for (unsigned n = 0; n < seeds * SEA_HEADS * 2 * SEA_BEAMS; n++) {
         const unsigned beam = n % (2 * SEA_BEAMS), head = n / (2 * SEA_BEAMS) % SEA_HEADS,
                        seed = 1 + n / (2 * SEA_BEAMS * SEA_HEADS);
@@ -133,7 +129,6 @@ static struct shipped *shipped_of(const struct knob *knob, uint32_t max_bins)
 {
     struct extract_conf extract;
     struct conf conf;
-
     knob_conf(knob, &conf);
     wiring_extract(&conf, 0, &extract);
     struct shipped *shipped = shipped_make_as(&extract, max_bins);
@@ -162,7 +157,6 @@ static void seas(unsigned seeds)
 {
     static struct tally one[VARIANTS][SETTINGS], all[SETTINGS];
     struct shipped *shipped[SETTINGS];
-
     make_all(shipped, SEA_MAX_BINS);
     for (size_t v = 0; v < VARIANTS; v++) {
         const struct sea_scene scene = scene_of(v);
@@ -213,7 +207,6 @@ static void judge_beam(enum method m, struct shipped **shipped, const struct sea
 {
     struct beam_echoes found;
     struct echoes echoes = {.max_beams = 1, .beam = &found};
-
     if (m == HEARD || m == MINIMUM) {
         shipped_run(shipped[m], &sea->ping, &echoes);
     } else {
@@ -230,7 +223,6 @@ static void listen_to_class(const struct sea_scene *scene, struct shipped **ship
                             struct tally t[METHODS])
 {
     static struct sea_ping sea;
-
     for (unsigned n = 0; n < SEA_HEADS * 2 * SEA_BEAMS; n++) {
         const unsigned beam = n % (2 * SEA_BEAMS), head = n / (2 * SEA_BEAMS);
         sea_listen(scene, (enum sea_head)head, beam < SEA_BEAMS ? FIRST_SCAN : seed, beam % SEA_BEAMS, &sea);
@@ -252,7 +244,6 @@ static void print_class(enum method m, const char *class, double below_db, unsig
 static void run_classes(unsigned seeds, unsigned steps)
 {
     struct shipped *shipped[METHODS] = {NULL};
-
     knob_check(methods, METHODS);
     for (int m = HEARD; m <= MINIMUM; m++)
         shipped[m] = shipped_of(&methods[m], SEA_MAX_BINS);
@@ -279,7 +270,6 @@ static void judge_world(struct shipped **shipped, uint64_t seed, unsigned number
     static struct drawn_sound sound;
     static struct beam_echoes found[DRAWN_MAX_BEAMS];
     static struct verdict_sectors sectors[SETTINGS];
-
     memset(sectors, 0, sizeof sectors);
     for (size_t i = 0; i < SETTINGS; i++)
         shipped_begin(shipped[i]);
@@ -301,7 +291,6 @@ static void waters(uint64_t first, uint64_t last)
 {
     static struct verdict verdict[SETTINGS];
     struct shipped *shipped[SETTINGS];
-
     make_all(shipped, DRAWN_MAX_BINS);
     for (uint64_t seed = first; seed <= last; seed++)
         for (unsigned n = 0; n < WORLDS; n++)
@@ -334,7 +323,6 @@ struct heard {
 static void hear(void *ctx, const struct ping *ping, double bearing_deg)
 {
     struct heard *h = ctx;
-
     (void)bearing_deg;
     h->pings++;
     for (size_t i = 0; i < SETTINGS; i++) {
@@ -386,7 +374,6 @@ int main(int argc, char **argv)
     const char *what = argc > 1 ? argv[1] : "";
     const bool quick = argc > 2 && strcmp(argv[2], "quick") == 0, given = argc > 2 && argv[2][0] <= '9';
     const uint64_t first = given ? strtoull(argv[2], NULL, 10) : 1, usual = given ? first : quick ? 1 : SEEDS;
-
     knob_check(settings, SETTINGS);
     if (strcmp(what, "seas") == 0)
         seas(quick ? 1 : SEEDS);

@@ -38,7 +38,6 @@
 static struct chart_setting shipped(void)
 {
     struct conf conf;
-
     knob_conf(NULL, &conf);
     conf.map.body_m = 0;
     return chart_setting_of(&conf);
@@ -69,7 +68,6 @@ static void false_row(const struct dive *dive, const char *ranges, const struct 
 {
     double behind_max_m, free_m3;
     const double wrong_m3 = chart_false_free(c, dive->look[dive->n - 1].t_s, &behind_max_m, &free_m3);
-
     printf("%s,%s,%.3g,%.3g,%u,%.4g,%.4g,%.3g\n", dive->world->name, ranges, set->voxel_m,
            set->tolerance_m / set->voxel_m, set->rule.threshold, free_m3, wrong_m3, behind_max_m);
 }
@@ -80,7 +78,6 @@ static void false_truth(const struct dive *dive, double tolerance_voxels, unsign
     const struct chart_setting set = {
         .voxel_m = 0.1, .tolerance_m = 0.1 * tolerance_voxels, .rule.threshold = (uint16_t)threshold};
     struct chart *c = chart_make(dive->world, &set);
-
     for (size_t i = 0; i < dive->n; i++)
         chart_enter_truth(c, &dive->look[i], bias_m + (sd_m > 0 ? noise_of(1, i, sd_m) : 0));
     false_row(dive, ranges, &set, c);
@@ -91,7 +88,6 @@ static void false_heard(const struct dive *dive, struct dive_ears *ears, const s
                         const char *ranges)
 {
     struct chart *c = chart_make(dive->world, set);
-
     dive_begin(ears);
     for (size_t i = 0; i < dive->n; i++) {
         struct beam_echoes heard;
@@ -105,7 +101,6 @@ static void false_heard(const struct dive *dive, struct dive_ears *ears, const s
 static void false_free(bool quick)
 {
     struct dive_ears *ears = dive_ears_make(false);
-
     printf("world,ranges,voxel_m,tolerance_voxels,threshold,free_m3,false_free_m3,behind_max_m\n");
     for (unsigned w = 0; w < worlds_n; w += quick ? 4 : 1) {
         struct dive *dive = dive_make(&worlds[w], quick ? QUICK_TURNS : TURNS, false, 0, DIVE_TRUTH | DIVE_SOUND);
@@ -147,7 +142,6 @@ static void fresh_row(const struct dive *dive, uint64_t seed, struct dive_ears *
 {
     struct chart_setting set = shipped();
     double behind_max_m, free_m3;
-
     set.body_m = BODY_M;
     set.opening = fresh_as[as].opening;
     struct chart *c = chart_make(dive->world, &set);
@@ -166,7 +160,6 @@ static void fresh_row(const struct dive *dive, uint64_t seed, struct dive_ears *
 static void fresh(bool quick)
 {
     struct dive_ears *ears[FRESH_EARS] = {dive_ears_make(true), dive_ears_over_mud(20)};
-
     printf("world,level_db,setting,free_m3,false_free_m3,behind_max_m\n");
     for (uint64_t seed = 1; seed <= (quick ? QUICK_FRESH : FRESH); seed++) {
         const struct world world = world_drawn(seed);
@@ -231,7 +224,6 @@ static bool casts(const struct knob *s)
 static struct chart_setting setting_of(const struct knob *s)
 {
     struct conf conf;
-
     knob_conf(s, &conf);
     return chart_setting_of(&conf);
 }
@@ -241,7 +233,6 @@ static struct water water_make(const struct world *world, const struct knob *s)
     const struct chart_setting set = setting_of(s);
     struct water w = {.chart = chart_make(world, &set)};
     const int32_t *size = w.chart->box.size;
-
     if (casts(s) && s->number != 0) {
         w.method = s->number > 0 ? RAYS : s->number > OF_BEAM ? VOXEL_TEST : PEER;
         w.apart_voxels = w.method == RAYS ? s->number : 1;
@@ -266,7 +257,6 @@ static bool is_here(const struct knob *s)
 {
     struct peer *peer = casts(s) && s->number <= OF_BEAM ? peer_make(1) : NULL;
     const bool here = !casts(s) || s->number > OF_BEAM || peer;
-
     peer_free(peer);
     return here;
 }
@@ -275,7 +265,6 @@ static bool is_here(const struct knob *s)
 static void raise_cell(struct water *w, const int64_t cell[3])
 {
     const struct lattice_box *box = &w->chart->box;
-
     if (!lattice_holds(box, cell))
         return;
     uint32_t *raised =
@@ -315,7 +304,6 @@ static size_t rays_of(const struct water *w, const struct dive_look *look, doubl
     const int n_az = (int)ceil(az_rad * far_m / apart_m) + 1, n_el = (int)ceil(el_rad * far_m / apart_m) + 1;
     const bool one = w->apart_voxels == AXIS_ONLY;
     size_t n = 0;
-
     for (int a = 0; a < (one ? 1 : n_az); a++)
         for (int e = 0; e < (one ? 1 : n_el) && n < RAYS_MOST; e++) {
             double in_beam[3];
@@ -332,7 +320,6 @@ static void by_rays(struct water *w, const struct dive_look *look, double near_m
 {
     const double step_m = w->chart->set.voxel_m / 2;
     const size_t n = rays_of(w, look, far_m, ray);
-
     for (size_t i = 0; i < n; i++)
         for (double r = near_m; r <= far_m; r += step_m) {
             const double *d = ray[i];
@@ -348,7 +335,6 @@ static void by_peer(struct water *w, const struct dive_look *look, const struct 
     const double echo_m = heard->n ? (double)heard->echo[0].range_m : INFINITY, free_m = (double)heard->free_to_m;
     const double to_m = heard->n ? echo_m : 2 * free_m; /* beyond its most a ray ends at nothing */
     const size_t n = rays_of(w, look, heard->n ? echo_m : free_m, ray);
-
     for (size_t i = 0; i < n; i++)
         for (int a = 0; a < 3; a++)
             end[i][a] = (float)(look->at[a] + to_m * ray[i][a]);
@@ -361,7 +347,6 @@ static void copy_peer(struct water *w)
 {
     const struct lattice_box *box = &w->chart->box;
     int64_t cell[3];
-
     for (cell[0] = box->first[0]; w->peer && cell[0] < box->first[0] + box->size[0]; cell[0]++)
         for (cell[1] = box->first[1]; cell[1] < box->first[1] + box->size[1]; cell[1]++)
             for (cell[2] = box->first[2]; cell[2] < box->first[2] + box->size[2]; cell[2]++) {
@@ -404,7 +389,6 @@ static const char *const closed[] = {"box tank", "round tank"};
 static struct beam_echoes *hear_all(const struct dive *dive, struct dive_ears *ears, uint64_t seed)
 {
     struct beam_echoes *heard = calloc(dive->n, sizeof *heard);
-
     if (!heard)
         exit(1);
     dive_begin(ears);
@@ -444,7 +428,6 @@ static struct chart *reference_of(const struct dive *dive)
 {
     const struct chart_setting set = {.voxel_m = 0.1, .body_m = BODY_M};
     struct chart *c = chart_make(dive->world, &set);
-
     for (size_t i = 0; i < dive->n; i++)
         chart_enter_sight(c, &dive->look[i]);
     return c;
@@ -454,7 +437,6 @@ static void errors(unsigned seeds, unsigned turns)
 {
     static struct chart_errors all[SETTINGS][SEEDS];
     struct dive_ears *ears = dive_ears_make(false);
-
     printf(KNOB_COLUMNS ",scene,seed,false_free_m3,behind_max_m,not_found_share,not_common_share,free_iou,"
                         "to_truth_mean_m,to_truth_p95_m,to_truth_max_m,to_map_mean_m,to_map_p95_m,to_map_max_m\n");
     for (size_t world = 0; world < CLOSED; world++) {
@@ -523,7 +505,6 @@ static void grade_map(const struct map *map, const struct dive *dive, const stru
                       const struct chart *reference, struct chart_errors *all)
 {
     struct chart_errors e;
-
     if (map->peer < 0) {
         struct water w = water_make(dive->world, &(struct knob)CASTING(map->name, map->peer));
         water_run(&w, dive, heard, dive->n);
@@ -541,7 +522,6 @@ static void grade_map(const struct map *map, const struct dive *dive, const stru
 static void print_map(const struct map *map, const struct chart_errors all[], unsigned seeds)
 {
     double iou = 0, found = 0, wrong_m3 = 0, worst_m3 = 0;
-
     for (unsigned seed = 0; seed < seeds; seed++) {
         iou += all[seed].overlap / seeds;
         found += all[seed].found_share / seeds;
@@ -584,7 +564,6 @@ static void cost(unsigned repetitions)
     struct dive_ears *ears = dive_ears_make(false);
     struct dive *dive = dive_make(world_named(closed[0]), 2, false, 0, DIVE_SOUND);
     struct beam_echoes *heard = hear_all(dive, ears, 1);
-
     printf(KNOB_COLUMNS ",ns_per_bin,ns_low,ns_high,map_bytes\n");
     for (size_t s = 0; s < SETTINGS && is_here(&settings[s]); s++) {
         struct water w = water_make(dive->world, &settings[s]);
@@ -612,7 +591,6 @@ static void count(void)
     struct dive_ears *ears = dive_ears_make(false);
     struct dive *dive = dive_make(world_named(closed[0]), 1, false, 0, DIVE_SOUND);
     struct beam_echoes *heard = hear_all(dive, ears, 1);
-
     printf(KNOB_COLUMNS ",bins\n");
     for (size_t s = 0; s < SETTINGS && is_here(&settings[s]); s++) {
         struct water w = water_make(dive->world, &settings[s]);
@@ -632,7 +610,6 @@ int main(int argc, char **argv)
 {
     const char *what = argc > 1 ? argv[1] : "";
     const bool quick = argc > 2 && strcmp(argv[2], "quick") == 0;
-
     knob_base(MAP_BASE);
     knob_check(settings, SETTINGS);
     if (strcmp(what, "false") == 0)

@@ -36,7 +36,6 @@ static double yaw_at(double yaw_degps, double t_s)
 static void turn_look(struct dive_look *look, size_t i, double yaw_rad)
 {
     static const double unit[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-
     quat_from_rpy(0, 0, yaw_rad + GEO_TURN * (double)(i % DIVE_TURN) / DIVE_TURN, look->attitude);
     for (int a = 0; a < 3; a++)
         quat_rotate(look->attitude, unit[a], look->axis[a]);
@@ -45,7 +44,6 @@ static void turn_look(struct dive_look *look, size_t i, double yaw_rad)
 static void put(struct pose_log *log, double t_s, double yaw_degps)
 {
     struct pose p = pose_identity;
-
     p.t_ns = (uint64_t)(t_s * 1e9);
     p.has = POSE_ATTITUDE;
     quat_from_rpy(0, 0, yaw_at(yaw_degps, t_s), p.attitude);
@@ -66,7 +64,6 @@ static struct outcome run(const struct world *world, const struct dive_look *tru
     struct chart *chart = chart_make(world, &set);
     struct outcome out;
     double next_s = 9 + phase / pose_hz, spent_ns = 0; /* poses have come for a second */
-
     pose_log_init(&log, 1000000000u);
     for (size_t i = 0; i < PINGS; i++) {
         struct dive_look look = truth[i];
@@ -99,7 +96,6 @@ static void row(const struct world *world, const struct dive_look *truth, double
                 enum method method, unsigned seeds)
 {
     double heading[SEEDS], wrong[SEEDS], behind[SEEDS], ns[SEEDS];
-
     for (unsigned s = 0; s < seeds; s++) {
         struct dice dice = dice_of(s + 1, (uint64_t)pose_hz);
         const struct outcome o = run(world, truth, yaw_degps, pose_hz, method, dice_uniform(&dice));
@@ -123,7 +119,6 @@ int main(int argc, char **argv)
     static struct dive_look truth[PINGS];
     const bool quick = argc > 1 && strcmp(argv[1], "quick") == 0;
     const struct world *world = world_named("box tank");
-
     printf(
         "world,yaw_degps,pose_hz,method,heading_p95_deg,false_free_m3,false_free_low,false_free_high,behind_max_m,"
         "ns_per_pose\n");

@@ -59,7 +59,6 @@ static bool parse_listen(char *text, struct web_server_conf *conf, struct fault 
 {
     char *colon = strrchr(text, ':');
     double port;
-
     if (!colon || colon == text || !arguments_number(colon + 1, 1, 65535, &port) || port != (int)port)
         return fault_set(fault, "--listen %.100s: expected ADDRESS:PORT", text);
     conf->port = (int)port;
@@ -77,7 +76,6 @@ static bool parse_conf(const struct arguments *arguments, char listen[256], stru
 {
     const json_t *given = arguments->options;
     const char *at = json_string_value(json_object_get(given, "listen"));
-
     if (arguments->n_words > 0)
         return fault_set(fault, "'%.100s' is no option", arguments->word[0]);
     *conf = (struct web_server_conf){
@@ -99,7 +97,6 @@ static int run_server(const struct web_server_conf *conf)
 {
     const struct sigaction action = {.sa_handler = on_stop};
     struct fault fault;
-
     server = web_server_new(conf, &fault);
     if (!server) {
         fprintf(stderr, "sonard-web: %s\n", fault.text);
@@ -123,7 +120,6 @@ int main(int argc, char **argv)
     struct fault fault = {""};
     char listen[256];
     int status = EXIT_USAGE;
-
     if (!arguments_parse(&arguments, argc, argv, argc, &(struct argument_tables){.own = options}, &fault)) {
         status = EXIT_USAGE;
     } else if (json_object_get(arguments.options, "help")) {

@@ -33,7 +33,6 @@ static void set_text(struct web_channel *channel, json_t *message)
     char *text = message ? json_dumps(message, JSON_COMPACT | JSON_REAL_PRECISION(15)) : NULL;
     const size_t size = text ? strlen(text) : 0;
     char *padded = text ? malloc(LWS_PRE + size) : NULL;
-
     if (padded) {
         memcpy(padded + LWS_PRE, text, size);
         free(channel->text);
@@ -63,7 +62,6 @@ static void refuse(struct web_channel *channel, int code, const char *message)
 static json_t *image_params(struct web_channel *channel, uint64_t now_us)
 {
     json_t *params = json_copy(channel->params);
-
     channel->newer_s = channel->whole ? 0 : SPARE_S + (double)(now_us - channel->asked_us) * 1e-6;
     if (channel->newer_s > 0)
         json_object_set_new(params, "newer_s", json_real(channel->newer_s));
@@ -75,7 +73,6 @@ static json_t *image_params(struct web_channel *channel, uint64_t now_us)
 static void take_rows(struct web_channel *channel, const json_t *image)
 {
     const double before = channel->rows->t_unix;
-
     view_rows_take(channel->rows, image);
     channel->whole = channel->newer_s > 0 && !(channel->rows->t_unix - before < channel->newer_s);
     channel->version++;
@@ -86,7 +83,6 @@ static void take_answer(void *ctx, const struct web_answer *answer)
     struct web_channel *channel = ctx;
     const uint64_t now_us = (uint64_t)lws_now_usecs();
     uint64_t wait_us = period_us(channel->method);
-
     channel->asked = false;
     if (!answer->result && answer->rpc_code == 0)
         return; /* lost: web_board_reset follows */
@@ -112,10 +108,8 @@ static void on_turn(lws_sorted_usec_list_t *timer)
     struct web_board *board = lws_container_of(timer, struct web_board, timer);
     const uint64_t now_us = (uint64_t)lws_now_usecs();
     bool used = false;
-
     for (size_t i = 0; i < WEB_BOARD_CHANNELS; i++) {
         struct web_channel *channel = &board->channel[i];
-
         used = used || channel->method;
         if (!channel->method || channel->asked || channel->due_us > now_us)
             continue;
@@ -134,10 +128,8 @@ struct web_channel *web_board_open(struct web_board *board, const char *method, 
 {
     const struct protocol_method *row = web_query_method(method);
     struct web_channel *free_one = NULL;
-
     for (size_t i = 0; i < WEB_BOARD_CHANNELS; i++) {
         struct web_channel *channel = &board->channel[i];
-
         if (!channel->method) {
             free_one = free_one ? free_one : channel;
         } else if (strcmp(channel->method, method) == 0 && json_equal(channel->params, params)) {
@@ -173,7 +165,6 @@ void web_board_reset(struct web_board *board)
 {
     for (size_t i = 0; i < WEB_BOARD_CHANNELS; i++) {
         struct web_channel *channel = &board->channel[i];
-
         if (!channel->method)
             continue;
         channel->asked = false;

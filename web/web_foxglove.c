@@ -40,7 +40,6 @@ static int send_json(struct lws *wsi, json_t *message)
     const size_t n = text ? strlen(text) : 0;
     uint8_t *padded = text ? malloc(LWS_PRE + n) : NULL;
     int sent = -1;
-
     if (padded) {
         memcpy(padded + LWS_PRE, text, n);
         sent = lws_write(wsi, padded + LWS_PRE, n, LWS_WRITE_TEXT) < (int)n ? -1 : 0;
@@ -55,7 +54,6 @@ static char *base64(const struct bytes *bytes)
 {
     const size_t room = (bytes->size + 2) / 3 * 4 + 4; /* the library wants more than it needs */
     char *text = bytes->failed ? NULL : malloc(room);
-
     if (text && lws_b64_encode_string((const char *)bytes->data, (int)bytes->size, text, (int)room) < 0) {
         free(text);
         text = NULL;
@@ -69,7 +67,6 @@ static json_t *channel_of(int id)
     struct bytes schema = {0};
     json_t *channel = NULL;
     char *text;
-
     if (!type)
         return NULL;
     protobuf_schema(type, &schema);
@@ -84,7 +81,6 @@ static json_t *channel_of(int id)
 static json_t *advertise(void)
 {
     json_t *channels = json_array();
-
     for (int i = 0; view_topics[i].topic; i++)
         json_array_append_new(channels, channel_of(i));
     return json_pack("{s:s, s:o}", "op", "advertise", "channels", channels);
@@ -113,7 +109,6 @@ static int send_state(struct web_foxglove_session *s, const char *lost)
 static uint64_t unix_ns(void)
 {
     struct timespec now;
-
     clock_gettime(CLOCK_REALTIME, &now);
     return (uint64_t)now.tv_sec * 1000000000u + (uint64_t)now.tv_nsec;
 }
@@ -125,7 +120,6 @@ static int send_data(const struct web_foxglove_session *s, const struct subscrip
     uint8_t *padded = malloc(LWS_PRE + size), *at = padded + LWS_PRE;
     const uint64_t now_ns = unix_ns();
     int sent = 0;
-
     if (!padded)
         return 0;
     at[0] = 1;
@@ -149,7 +143,6 @@ static bool make(const struct view_topic *topic, const struct web_channel *chann
     const struct message_type *type = view_topic_type(topic);
     json_t *message = topic->make(&source, cursor);
     const bool made = message && type;
-
     if (made)
         protobuf_message(type, message, out);
     json_decref(message);
@@ -164,7 +157,6 @@ static bool has_news(const struct web_channel *channel, uint64_t version)
 static void wake(lws_sorted_usec_list_t *timer)
 {
     struct web_foxglove *foxglove = lws_container_of(timer, struct web_foxglove, timer);
-
     foxglove->wake_us = 0;
     for (struct web_foxglove_session *s = foxglove->first; s; s = s->next)
         lws_callback_on_writable(s->wsi);
@@ -184,7 +176,6 @@ static bool take_told(struct web_foxglove *foxglove, struct subscription *sub)
     struct web_foxglove_told *told = &foxglove->told[sub->topic - view_topics];
     const uint64_t now_us = (uint64_t)lws_now_usecs();
     const uint64_t due_us = told->made_us + (uint64_t)(sub->topic->period_s * 1e6);
-
     if (has_news(sub->channel, told->version)) {
         if (told->there && now_us < due_us) {
             wake_at(foxglove, due_us, now_us);
@@ -217,7 +208,6 @@ static bool take_next(struct subscription *sub, struct bytes *message)
 static int send_next(struct web_foxglove_session *s)
 {
     const char *lost = web_link_state(s->foxglove->board->link);
-
     if (s->greeted < 2)
         return greet(s);
     if (s->complains != (lost != NULL))
@@ -226,7 +216,6 @@ static int send_next(struct web_foxglove_session *s)
         struct subscription *sub = &s->subscription[s->turn++ % SUBSCRIPTIONS_MAX];
         struct bytes own = {0};
         int sent = 0;
-
         if (!sub->topic || !(sub->topic->one_by_one ? take_next(sub, &own) : take_told(s->foxglove, sub))) {
             free(own.data);
             continue;
@@ -248,7 +237,6 @@ static void subscribe(struct web_foxglove_session *s, const json_t *said)
     const json_int_t channel = json_integer_value(json_object_get(said, "channelId"));
     struct subscription *room = NULL;
     const struct view_topic *topic = NULL;
-
     for (int i = 0; view_topics[i].topic; i++)
         topic = i == channel && json_is_integer(json_object_get(said, "channelId")) ? &view_topics[i] : topic;
     for (int i = 0; i < SUBSCRIPTIONS_MAX; i++) {
@@ -273,7 +261,6 @@ static void unsubscribe(struct web_foxglove_session *s, const json_t *id)
 {
     for (int i = 0; i < SUBSCRIPTIONS_MAX; i++) {
         struct subscription *sub = &s->subscription[i];
-
         if (sub->topic && (!id || (json_is_integer(id) && json_integer_value(id) == sub->id))) {
             web_board_close(sub->channel);
             json_decref(sub->cursor.said);
@@ -290,7 +277,6 @@ static bool read_message(struct web_foxglove_session *s)
     const json_t *list = json_object_get(message, "subscriptions"),
                  *ids = json_object_get(message, "subscriptionIds");
     const bool good = op != NULL;
-
     if (op && strcmp(op, "subscribe") == 0)
         for (size_t i = 0; i < json_array_size(list); i++)
             subscribe(s, json_array_get(list, i));
@@ -330,7 +316,6 @@ static int enter(struct web_foxglove *foxglove, struct web_foxglove_session *s, 
 static void leave(struct web_foxglove_session *s)
 {
     struct web_foxglove_session **at;
-
     if (!s || !s->foxglove)
         return; /* it was refused before it was here */
     at = &s->foxglove->first;
@@ -345,7 +330,6 @@ static int callback(struct lws *wsi, enum lws_callback_reasons reason, void *use
 {
     const struct lws_protocols *protocol = lws_get_protocol(wsi);
     struct web_foxglove *foxglove = protocol ? protocol->user : NULL;
-
     switch (reason) {
     case LWS_CALLBACK_FILTER_PROTOCOL_CONNECTION:
         return foxglove && foxglove->sessions < WEB_FOXGLOVE_MAX ? 0 : -1;

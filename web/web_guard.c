@@ -13,7 +13,6 @@
 static bool listed(const char *list, const char *text)
 {
     const size_t n = strlen(text);
-
     for (const char *word = list; word && *word; word += strcspn(word, ",") + (word[strcspn(word, ",")] == ','))
         if (strcspn(word, ",") == n && strncasecmp(word, text, n) == 0 && n > 0)
             return true;
@@ -23,7 +22,6 @@ static bool listed(const char *list, const char *text)
 static bool is_address(const char *name, bool bracketed)
 {
     unsigned char address[sizeof(struct in6_addr)];
-
     return inet_pton(bracketed ? AF_INET6 : AF_INET, name, address) == 1;
 }
 
@@ -31,7 +29,6 @@ static bool is_address(const char *name, bool bracketed)
 static bool split_host(const char *host, char name[NAME_MAX_BYTES + 1], bool *bracketed)
 {
     const char *start = host, *end, *port;
-
     *bracketed = host[0] == '[';
     if (*bracketed) {
         start++;
@@ -54,7 +51,6 @@ bool web_guard_host(const struct web_guard *guard, const char *host)
 {
     char name[NAME_MAX_BYTES + 1], local[sizeof guard->machine + sizeof ".local"];
     bool bracketed;
-
     if (!split_host(host, name, &bracketed))
         return false;
     if (is_address(name, bracketed))
@@ -72,7 +68,6 @@ bool web_guard_origin(const struct web_guard *guard, const char *origin, const c
         return true;
     for (size_t i = 0; i < sizeof schemes / sizeof *schemes; i++) {
         const size_t n = strlen(schemes[i]);
-
         if (strncasecmp(origin, schemes[i], n) == 0 && strcasecmp(origin + n, host) == 0)
             return true;
     }

@@ -14,7 +14,6 @@
 static uint64_t cpu_us(void)
 {
     struct timespec t;
-
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
     return (uint64_t)t.tv_sec * 1000000 + (uint64_t)t.tv_nsec / 1000;
 }
@@ -23,7 +22,6 @@ static void answer(struct web_request *request, const struct web_answer *given)
 {
     web_answer_fn *done = request->done;
     void *ctx = request->ctx;
-
     *request = (struct web_request){0};
     if (done)
         done(ctx, given);
@@ -32,7 +30,6 @@ static void answer(struct web_request *request, const struct web_answer *given)
 static void fail_all(struct web_link *link)
 {
     const struct web_answer lost = {.message = link->error.message};
-
     for (size_t i = 0; i < WEB_LINK_WAITING_MAX; i++)
         if (link->waiting[i].id)
             answer(&link->waiting[i], &lost);
@@ -56,7 +53,6 @@ static void lose_daemon(struct web_link *link)
 static void connect_now(struct web_link *link)
 {
     lws_sock_file_fd_type fd;
-
     link->client = sonard_connect(link->path, 0, &link->error);
     if (!link->client)
         return;
@@ -77,7 +73,6 @@ static void connect_now(struct web_link *link)
 static bool is_silent(const struct web_link *link)
 {
     const uint64_t now_us = (uint64_t)lws_now_usecs();
-
     for (size_t i = 0; i < WEB_LINK_WAITING_MAX; i++)
         if (link->waiting[i].id && now_us - link->waiting[i].sent_us > SILENCE_US)
             return true;
@@ -87,7 +82,6 @@ static bool is_silent(const struct web_link *link)
 static void check(lws_sorted_usec_list_t *timer)
 {
     struct web_link *link = lws_container_of(timer, struct web_link, timer);
-
     if (link->client && is_silent(link)) {
         snprintf(link->error.message, sizeof link->error.message, "the daemon has not answered for %d s",
                  SILENCE_US / 1000000);
@@ -102,10 +96,8 @@ static void take_all(struct web_link *link)
 {
     struct sonard_message message;
     json_t *result;
-
     for (;;) {
         const uint64_t start_us = cpu_us();
-
         if (!link->client)
             return;
         if (!sonard_json_take(link->client, 0, &message, &result, &link->error))
@@ -132,7 +124,6 @@ static void take_all(struct web_link *link)
 static int callback(struct lws *wsi, enum lws_callback_reasons reason, void *user, void *in, size_t n)
 {
     struct web_link *link;
-
     (void)user, (void)in, (void)n;
     if (reason != LWS_CALLBACK_RAW_RX_FILE && reason != LWS_CALLBACK_RAW_WRITEABLE_FILE &&
         reason != LWS_CALLBACK_RAW_CLOSE_FILE)
@@ -170,7 +161,6 @@ void web_link_stop(struct web_link *link)
 bool web_link_ask(struct web_link *link, const char *method, json_t *params, web_answer_fn *done, void *ctx)
 {
     struct web_request *request = NULL;
-
     for (size_t i = 0; i < WEB_LINK_WAITING_MAX && !request; i++)
         request = link->waiting[i].id ? NULL : &link->waiting[i];
     if (!link->client || !request)

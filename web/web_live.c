@@ -79,7 +79,6 @@ static void reply(struct ask *ask, json_t *message)
 {
     char *text = message ? json_dumps(message, JSON_COMPACT | JSON_REAL_PRECISION(15)) : NULL;
     const size_t size = text ? strlen(text) : 0;
-
     json_decref(message);
     ask->text = text && web_budget_take(ask->session->live->budget, size) ? malloc(LWS_PRE + size) : NULL;
     ask->waits = false;
@@ -99,7 +98,6 @@ static void refuse(struct ask *ask, int code, const char *message)
 static void answered(void *ctx, const struct web_answer *answer)
 {
     struct ask *ask = ctx;
-
     if (answer->result)
         reply(ask, json_pack("{s:I, s:O}", "id", ask->id, "result", answer->result));
     else
@@ -109,7 +107,6 @@ static void answered(void *ctx, const struct web_answer *answer)
 static bool has_news(const struct view *view)
 {
     const struct web_channel *c = view->channel;
-
     if (c->rows && !c->text)
         return c->version > 0 && c->rows->change > view->seen;
     return c->version > 0 && c->version != view->seen;
@@ -119,7 +116,6 @@ static int send_view(struct web_live_session *s, struct view *view)
 {
     static uint8_t part[LWS_PRE + VIEW_ROWS_BYTES];
     const struct web_channel *c = view->channel;
-
     if (!c->rows || c->text) {
         view->seen = c->version;
         return send_text(s->wsi, c->text, c->size);
@@ -143,7 +139,6 @@ static int send_next(struct web_live_session *s)
     for (int i = 0; i < ASKS_MAX; i++) {
         if (s->ask[i].text) {
             const int status = send_text(s->wsi, s->ask[i].text, s->ask[i].size);
-
             drop_reply(&s->ask[i]);
             lws_callback_on_writable(s->wsi);
             return status;
@@ -151,7 +146,6 @@ static int send_next(struct web_live_session *s)
     }
     for (unsigned i = 0; i < s->n_views; i++) {
         struct view *view = &s->view[s->turn++ % s->n_views];
-
         if (has_news(view)) {
             lws_callback_on_writable(s->wsi);
             return send_view(s, view);
@@ -174,13 +168,11 @@ static bool watch(struct web_live_session *s, const json_t *list)
 {
     struct view view[VIEWS_MAX] = {0};
     unsigned n = 0;
-
     for (size_t i = 0; i < json_array_size(list) && n < VIEWS_MAX; i++) {
         const json_t *one = json_array_get(list, i);
         const char *method = json_string_value(json_object_get(one, "method"));
         json_t *given = json_object_get(one, "params");
         json_t *params = json_is_object(given) ? json_incref(given) : json_object();
-
         view[n].channel = method ? web_board_open(s->live->board, method, params) : NULL;
         json_decref(params);
         if (view[n].channel)
@@ -200,10 +192,8 @@ static bool watch(struct web_live_session *s, const json_t *list)
 static bool waits_for_restart(const struct web_live *live, const json_t *keys)
 {
     static const char others[] = "other sections [";
-
     for (size_t i = 0; i < json_array_size(keys); i++) {
         const char *text = json_string_value(json_array_get(keys, i));
-
         if (text && strncmp(text, live->changed, live->changed_key) == 0 && text[live->changed_key] == ' ')
             return true;
         if (text && strncmp(text, others, strlen(others)) == 0) /* which ones it does not say */
@@ -216,7 +206,6 @@ static bool waits_for_restart(const struct web_live *live, const json_t *keys)
 static void conclude(struct web_live *live, json_t *applied, int code, const char *message)
 {
     struct ask *ask = live->changer;
-
     live->phase = WEB_LIVE_IDLE;
     live->changer = NULL;
     if (ask && applied)
@@ -230,7 +219,6 @@ static void restored(void *ctx, const struct web_answer *answer)
 {
     struct web_live *live = ctx;
     char message[512];
-
     if (!answer->result && !answer->rpc_code) {
         live->phase = WEB_LIVE_LOST; /* until it is back */
         return;
@@ -252,7 +240,6 @@ static void restore(struct web_live *live)
 {
     struct fault fault;
     char message[FAULT_TEXT_MAX + 128];
-
     if (!web_settings_take_back(live->settings, &fault)) {
         snprintf(message, sizeof message,
                  "it is not known whether the daemon took the change, and it cannot be taken back: %s",
@@ -269,7 +256,6 @@ static void reloaded(void *ctx, const struct web_answer *answer)
     struct web_live *live = ctx;
     const bool restart = waits_for_restart(live, json_object_get(answer->result, "needs_restart"));
     struct fault fault;
-
     if (answer->result && !restart)
         conclude(live, json_object_get(answer->result, "applied"), 0, NULL);
     else if (!answer->result && !answer->rpc_code)
@@ -288,7 +274,6 @@ static void checked(void *ctx, const struct web_answer *answer)
     struct web_live *live = ctx;
     struct fault fault;
     const char *why;
-
     if (answer->result && !waits_for_restart(live, json_object_get(answer->result, "needs_restart"))) {
         if (!web_settings_save(live->settings, &fault)) {
             web_settings_forget(live->settings);
@@ -316,7 +301,6 @@ static bool ask_check(struct web_live *live, struct fault *fault)
     json_t *params = file && text ? json_pack("{s:s, s:s}", "file", file, "text", text) : NULL;
     const bool good = params && web_link_ask(live->asks, "reload_check", params, checked, live);
     const char *why = web_link_state(live->asks);
-
     if (file && !good)
         fault_set(fault, "%s", !params ? "out of memory" : why ? why : "too much is asked");
     json_decref(params);
@@ -335,7 +319,6 @@ static void answer_guess(lws_sorted_usec_list_t *timer)
 {
     struct web_live_session *s = lws_container_of(timer, struct web_live_session, guess_over);
     struct ask *ask = s->guess;
-
     s->guess = NULL;
     refuse(ask, RPC_NO_RIGHT, "this is not the token");
 }
@@ -345,7 +328,6 @@ static bool may_change(struct ask *ask, const char *token)
 {
     struct web_live_session *s = ask->session;
     struct web_live *live = s->live;
-
     if (!live->settings->path) {
         refuse(ask, RPC_NO_SUCH, "nothing can be changed here; sonard-web(8) says how to allow it (--settings)");
     } else if (s->guess) {
@@ -367,7 +349,6 @@ static void change(struct ask *ask, const json_t *params)
     const char *text = json_string_value(json_object_get(params, "text"));
     struct web_setting setting;
     struct fault fault;
-
     if (!may_change(ask, json_string_value(json_object_get(params, "token"))))
         return;
     if (!web_settings_parse(text ? text : "", &setting, &fault) ||
@@ -390,7 +371,6 @@ static void record(struct ask *ask, const json_t *params)
 {
     struct web_link *asks = ask->session->live->asks;
     const json_t *on = json_object_get(params, "on");
-
     if (!may_change(ask, json_string_value(json_object_get(params, "token"))))
         return;
     if (!json_is_boolean(on))
@@ -409,7 +389,6 @@ static bool question(struct web_live_session *s, const json_t *message)
     const char *method = json_string_value(json_object_get(message, "method"));
     json_t *id = json_object_get(message, "id"), *params = json_object_get(message, "params");
     struct ask *ask = NULL;
-
     if (!json_is_integer(id) || !method || (params && !json_is_object(params)))
         return false;
     for (int i = 0; i < ASKS_MAX && !ask; i++)
@@ -434,7 +413,6 @@ static bool read_message(struct web_live_session *s)
     json_t *message = json_loadb(s->in, s->in_size, JSON_REJECT_DUPLICATES, NULL);
     const json_t *list = json_object_get(message, "watch");
     const bool good = json_is_object(message) && (list ? watch(s, list) : question(s, message));
-
     s->in_size = 0;
     json_decref(message);
     return good;
@@ -472,7 +450,6 @@ static int enter(struct web_live *live, struct web_live_session *s, struct lws *
 static void leave(struct web_live_session *s)
 {
     struct web_live_session **at;
-
     if (!s || !s->live)
         return; /* it was refused before it was here */
     at = &s->live->first;
@@ -494,7 +471,6 @@ static int callback(struct lws *wsi, enum lws_callback_reasons reason, void *use
 {
     const struct lws_protocols *protocol = lws_get_protocol(wsi);
     struct web_live *live = protocol ? protocol->user : NULL;
-
     switch (reason) {
     case LWS_CALLBACK_FILTER_PROTOCOL_CONNECTION:
         return live && live->sessions < WEB_LIVE_MAX ? 0 : -1;

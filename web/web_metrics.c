@@ -51,10 +51,8 @@ static void print_histogram(FILE *out, const char *name, const json_t *sample)
 {
     const json_t *labels = json_object_get(sample, "labels"), *buckets = json_object_get(sample, "buckets");
     char le[32];
-
     for (size_t i = 0; i < json_array_size(buckets); i++) {
         const json_t *bucket = json_array_get(buckets, i);
-
         snprintf(le, sizeof le, "%.9g", json_number_value(json_array_get(bucket, 0)));
         fprintf(out, "%s_bucket", name);
         print_labels(out, labels, le);
@@ -72,12 +70,10 @@ static void print_histogram(FILE *out, const char *name, const json_t *sample)
 static void print_stats(FILE *out, const json_t *stats)
 {
     const json_t *metrics = json_object_get(stats, "metrics");
-
     for (size_t i = 0; i < json_array_size(metrics); i++) {
         const json_t *metric = json_array_get(metrics, i), *samples = json_object_get(metric, "samples");
         const char *name = json_string_value(json_object_get(metric, "name"));
         const char *type = json_string_value(json_object_get(metric, "type"));
-
         if (!name || !type)
             continue;
         fprintf(out, "# HELP %s ", name);
@@ -85,7 +81,6 @@ static void print_stats(FILE *out, const json_t *stats)
         fprintf(out, "\n# TYPE %s %s\n", name, type);
         for (size_t k = 0; k < json_array_size(samples); k++) {
             const json_t *sample = json_array_get(samples, k);
-
             if (strcmp(type, "histogram") == 0) {
                 print_histogram(out, name, sample);
             } else {
@@ -107,16 +102,13 @@ static void print_sectors(FILE *out, const json_t *answer)
 {
     static const char *const states[] = {"clear", "blocked", "unknown"};
     const json_t *sectors = json_object_get(answer, "sectors");
-
     if (!json_is_array(sectors))
         return;
     print_gauge(out, "sonard_sectors", "sectors of the default ring in each state");
     for (size_t i = 0; i < sizeof states / sizeof *states; i++) {
         unsigned n = 0;
-
         for (size_t k = 0; k < json_array_size(sectors); k++) {
             const char *state = json_string_value(json_object_get(json_array_get(sectors, k), "state"));
-
             n += state && strcmp(state, states[i]) == 0;
         }
         fprintf(out, "sonard_sectors{state=\"%s\"} %u\n", states[i], n);
@@ -128,7 +120,6 @@ static void print_sectors(FILE *out, const json_t *answer)
 static void print_limit(FILE *out, const json_t *answer)
 {
     const char *by = json_string_value(json_object_get(answer, "limited_by"));
-
     if (!by)
         return;
     print_gauge(out, "sonard_limit_ahead_mps", "how fast the vehicle may go ahead, of 10 m/s asked");

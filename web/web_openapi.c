@@ -17,7 +17,6 @@ static json_t *read_schemas(void)
     size_t n;
     FILE *out = open_memstream(&text, &n), *copy = NULL;
     json_t *schema = NULL;
-
     if (out) {
         schema_print(out);
         fclose(out);
@@ -48,7 +47,6 @@ static json_t *describe_param(const struct protocol_param *p, const json_t *sche
 {
     char name[80];
     json_t *schema;
-
     snprintf(name, sizeof name, "%s.params", method);
     schema = json_object_get(json_object_get(json_object_get(schemas, name), "properties"), p->name);
     json_t *param = json_pack("{s:s, s:s, s:s, s:b}", "name", p->name, "in", "query", "description", p->help,
@@ -66,7 +64,6 @@ static json_t *describe_param(const struct protocol_param *p, const json_t *sche
 static json_t *describe_answer(const char *what, const char *schema)
 {
     char reference[120];
-
     snprintf(reference, sizeof reference, "#/components/schemas/%s", schema);
     return json_pack("{s:s, s:{s:{s:{s:s}}}}", "description", what, "content", "application/json", "schema",
                      "$ref", reference);
@@ -76,7 +73,6 @@ static json_t *describe_method(const struct protocol_method *method, const json_
 {
     char result[80];
     json_t *params = json_array(), *answers = json_object();
-
     snprintf(result, sizeof result, "%s.result", method->name);
     if (!web_query_is_cheap(method))
         json_array_append_new(params,
@@ -100,7 +96,6 @@ char *web_openapi(void)
 {
     json_t *schemas = read_schemas(), *paths = json_object();
     char path[80], *text = NULL;
-
     if (schemas) {
         json_object_set_new(schemas, "refusal",
                             json_pack("{s:s, s:{s:{s:s}}, s:[s]}", "type", "object", "properties", "error", "$ref",

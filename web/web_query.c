@@ -8,7 +8,6 @@
 const struct protocol_method *web_query_method(const char *name)
 {
     const struct protocol_method *method = protocol_find(name);
-
     if (!method || method->right != PROTOCOL_ASKS || method == &protocol_methods[PROTOCOL_watch] ||
         method == &protocol_methods[PROTOCOL_unwatch])
         return NULL;
@@ -22,7 +21,6 @@ bool web_query_is_cheap(const struct protocol_method *method)
                                                 PROTOCOL_point,   PROTOCOL_version,  PROTOCOL_status,
                                                 PROTOCOL_sensors, PROTOCOL_stats,    PROTOCOL_plan,
                                                 PROTOCOL_map,     PROTOCOL_grid_list};
-
     for (size_t i = 0; i < sizeof cheap / sizeof *cheap; i++)
         if (method == &protocol_methods[cheap[i]])
             return true;
@@ -42,7 +40,6 @@ static json_t *read_number(const char *text, bool whole, const char **end)
 {
     char *stop;
     const double v = strtod(text, &stop);
-
     *end = stop;
     /* strtod also takes what is no number in JSON: words, hexadecimal digits, spaces before it */
     if (stop == text || !isfinite(v) || strspn(text, "+-.0123456789eE") < (size_t)(stop - text))
@@ -56,7 +53,6 @@ static json_t *read_one(const char *text, bool whole)
 {
     const char *end;
     json_t *number = read_number(text, whole, &end);
-
     if (number && *end) {
         json_decref(number);
         return NULL;
@@ -67,10 +63,8 @@ static json_t *read_one(const char *text, bool whole)
 static json_t *read_list(const char *text)
 {
     json_t *list = json_array();
-
     for (const char *at = text;; at++) {
         json_t *number = read_number(at, false, &at);
-
         if (!number || json_array_append_new(list, number) < 0 || (*at && *at != ',')) {
             json_decref(list);
             return NULL;
@@ -129,7 +123,6 @@ bool web_query_add(const struct protocol_method *method, json_t *params, const c
     const struct protocol_param *p = find_param(method, text, name);
     char value[WEB_QUERY_VALUE_MAX + 1];
     json_t *read;
-
     if (!p)
         return fault_set(fault, "%s has no parameter '%.*s'; see /api/openapi.json", method->name,
                          (int)(name < 64 ? name : 64), text);

@@ -99,7 +99,6 @@ static void respond_owned(struct exchange *e, unsigned status, const char *type,
 static void refuse(struct exchange *e, unsigned status, int code, const char *message)
 {
     json_t *refusal = json_pack("{s:{s:i, s:s}}", "error", "code", code, "message", message);
-
     respond_owned(e, status, "application/json", refusal ? json_dumps(refusal, JSON_COMPACT) : NULL);
     json_decref(refusal);
 }
@@ -126,7 +125,6 @@ static void answered(void *ctx, const struct web_answer *answer);
 static void ask_daemon(struct exchange *e, const char *method, json_t *params)
 {
     const char *why;
-
     lws_set_timeout(e->wsi, PENDING_TIMEOUT_HTTP_CONTENT, ANSWER_S);
     if (web_link_ask(&e->server->asks, method, params, answered, e))
         return;
@@ -142,7 +140,6 @@ static void go_on_with_metrics(struct exchange *e)
     json_t *params;
     size_t n;
     FILE *out;
-
     if (e->asked++ < WEB_METRICS_QUESTIONS) {
         params = next->params ? json_loads(next->params, 0, NULL) : NULL;
         ask_daemon(e, next->method, params);
@@ -160,7 +157,6 @@ static void go_on_with_metrics(struct exchange *e)
 static void answered(void *ctx, const struct web_answer *answer)
 {
     struct exchange *e = ctx;
-
     if (!answer->result) {
         refuse(e, status_of(answer->rpc_code), answer->rpc_code, answer->message);
     } else if (e->asked > 0) {
@@ -182,7 +178,6 @@ static bool add_policy(const struct exchange *e, uint8_t **at, uint8_t *end)
 {
     char policy[600];
     const int name = (int)(e->host[0] == '[' ? strcspn(e->host, "]") + 1 : strcspn(e->host, ":"));
-
     /* pages of this machine at other ports may frame this one, as BlueOS does */
     snprintf(policy, sizeof policy,
              "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
@@ -194,7 +189,6 @@ static bool add_policy(const struct exchange *e, uint8_t **at, uint8_t *end)
 static int send_head(struct exchange *e)
 {
     uint8_t buffer[LWS_PRE + 2048], *at = buffer + LWS_PRE, *start = at, *end = buffer + sizeof buffer;
-
     if (lws_add_http_common_headers(e->wsi, e->status, e->type, e->size, &at, end) ||
         !add_header(e->wsi, "x-content-type-options:", "nosniff", &at, end) ||
         !add_header(e->wsi, "referrer-policy:", "no-referrer", &at, end) ||
@@ -209,7 +203,6 @@ static int send_head(struct exchange *e)
 static int complete(struct exchange *e)
 {
     struct lws *wsi = e->wsi;
-
     finish_exchange(e);
     return lws_http_transaction_completed(wsi) ? -1 : 0;
 }
@@ -218,7 +211,6 @@ static int send_more(struct exchange *e)
 {
     static uint8_t chunk[LWS_PRE + CHUNK_BYTES];
     const size_t left = e->size - e->sent, n = left < CHUNK_BYTES ? left : CHUNK_BYTES;
-
     if (!e->status)
         return 0;
     if (!e->head_sent) {
@@ -254,7 +246,6 @@ static void name_here(struct lws *wsi, char here[HOST_BYTES])
     socklen_t size = sizeof address;
     char host[NI_MAXHOST], port[NI_MAXSERV];
     const char *plain = host;
-
     if (getsockname(lws_get_socket_fd(wsi), (struct sockaddr *)&address, &size) < 0 ||
         getnameinfo((struct sockaddr *)&address, size, host, sizeof host, port, sizeof port,
                     NI_NUMERICHOST | NI_NUMERICSERV) != 0) {
@@ -271,7 +262,6 @@ static void name_here(struct lws *wsi, char here[HOST_BYTES])
 static bool wants_page(struct lws *wsi)
 {
     char accept[HOST_BYTES];
-
     return header(wsi, WSI_TOKEN_HTTP_ACCEPT, accept, sizeof accept) && strstr(accept, "text/html");
 }
 
@@ -279,7 +269,6 @@ static bool is_ours(struct lws *wsi, const struct web_guard *guard, char host[HO
 {
     char origin[HOST_BYTES];
     const bool has_origin = lws_hdr_total_length(wsi, WSI_TOKEN_ORIGIN) > 0;
-
     if (!header(wsi, WSI_TOKEN_HOST, host, HOST_BYTES))
         return fault_set(fault, "no host name, or one that is too long");
     if (!web_guard_host(guard, host))
@@ -297,7 +286,6 @@ static bool is_cross_site(struct lws *wsi)
     static const char name[] = "sec-fetch-site:";
     char value[32];
     const int n = lws_hdr_custom_copy(wsi, value, sizeof value, name, (int)sizeof name - 1);
-
     return n > 0 && strcmp(value, "same-origin") != 0 && strcmp(value, "none") != 0;
 }
 
@@ -306,7 +294,6 @@ static bool is_cross_site(struct lws *wsi)
 static bool has_own_header(struct lws *wsi)
 {
     static const char name[] = WEB_QUERY_HEADER ":";
-
     return lws_hdr_custom_length(wsi, name, (int)sizeof name - 1) > 0;
 }
 
@@ -317,7 +304,6 @@ static void serve_method(struct exchange *e, const char *name)
     struct fault fault;
     json_t *params;
     bool good = true;
-
     if (!method) {
         refuse(e, 404, -32601, "no such method, or one that changes something; see /api/openapi.json");
         return;
@@ -343,7 +329,6 @@ static void serve_service(struct exchange *e)
     json_t *said = json_pack("{s:s, s:s, s:s, s:s, s:s, s:s, s:s}", "name", "sonard", "description",
                              "Obstacles and free space from the sonar", "icon", "mdi-radar", "company", "sonard",
                              "version", SONARD_VERSION, "webpage", "", "api", "/api/openapi.json");
-
     respond_owned(e, 200, "application/json", said ? json_dumps(said, JSON_COMPACT) : NULL);
     json_decref(said);
 }
@@ -351,7 +336,6 @@ static void serve_service(struct exchange *e)
 static void serve_openapi(struct exchange *e)
 {
     struct web_server *server = e->server;
-
     if (!server->openapi)
         server->openapi = web_openapi();
     if (server->openapi)
@@ -364,7 +348,6 @@ static void serve(struct exchange *e, const char *path)
 {
     const struct web_file *file = web_files_find(path);
     const bool data = strncmp(path, "/api/", 5) == 0 || strcmp(path, "/metrics") == 0;
-
     if (data && is_cross_site(e->wsi)) {
         refuse(e, 403, -32001, "pages of other sites may not ask");
     } else if (file) {
@@ -385,7 +368,6 @@ static void serve(struct exchange *e, const char *path)
 static void refuse_stranger(struct exchange *e, const char *why)
 {
     char here[HOST_BYTES];
-
     if (wants_page(e->wsi) && !web_guard_host(&e->server->guard, e->host)) {
         name_here(e->wsi, here);
         respond_owned(e, 403, "text/html; charset=utf-8", web_stranger_page(e->host, here));
@@ -400,7 +382,6 @@ static int receive(struct web_server *server, struct exchange *e, struct lws *ws
     struct fault fault;
     char *uri;
     int n;
-
     finish_exchange(e);
     e->server = server;
     e->wsi = wsi;
@@ -425,7 +406,6 @@ static int callback(struct lws *wsi, enum lws_callback_reasons reason, void *use
     struct web_server *server = protocol ? protocol->user : NULL;
     char host[HOST_BYTES];
     struct fault fault;
-
     switch (reason) {
     case LWS_CALLBACK_HTTP:
         return receive(server, user, wsi, in);
@@ -452,7 +432,6 @@ static int callback(struct lws *wsi, enum lws_callback_reasons reason, void *use
 static void feed_changed(void *ctx)
 {
     struct web_server *server = ctx;
-
     web_board_reset(&server->board);
     web_live_link_changed(&server->live);
     web_foxglove_link_changed(&server->foxglove);
@@ -461,14 +440,12 @@ static void feed_changed(void *ctx)
 static void asks_changed(void *ctx)
 {
     struct web_server *server = ctx;
-
     web_live_asks_changed(&server->live);
 }
 
 static void news(void *ctx, const struct web_channel *channel)
 {
     struct web_server *server = ctx;
-
     web_live_news(&server->live, channel);
     web_foxglove_news(&server->foxglove, channel);
 }
@@ -530,7 +507,6 @@ static bool listen_at(struct web_server *server, const struct web_server_conf *c
 struct web_server *web_server_new(const struct web_server_conf *conf, struct fault *fault)
 {
     struct web_server *server = calloc(1, sizeof *server);
-
     if (!server) {
         fault_set(fault, "out of memory");
         return NULL;

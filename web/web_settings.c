@@ -20,7 +20,6 @@ bool web_settings_parse(const char *text, struct web_setting *setting, struct fa
     static const char wanted[] = "expected [section] key = value";
     const size_t n = strlen(text);
     const size_t section = text[0] == '[' ? 1 + strspn(text + 1, SECTION_CHARACTERS) : 0;
-
     if (n >= sizeof setting->text || section < 2 || strncmp(text + section, "] ", 2) != 0)
         return fault_set(fault, "%s", wanted);
     const size_t key = section + 2 + strspn(text + section + 2, NAME_CHARACTERS);
@@ -54,7 +53,6 @@ static void write_lines(const struct web_settings *s, FILE *out)
     fputs(PROTOCOL_PAGE_FILE "\n", out);
     for (int i = 0; i < s->n; i++) {
         const struct web_setting *a = &s->setting[i];
-
         if (i == 0 || strncmp(a->text, a[-1].text, a->section) != 0)
             fprintf(out, "%.*s\n", (int)a->section, a->text);
         fprintf(out, "%s\n", a->text + a->section + 1);
@@ -66,7 +64,6 @@ char *web_settings_text(const struct web_settings *s)
     char *text = NULL;
     size_t size;
     FILE *out = open_memstream(&text, &size);
-
     if (!out)
         return NULL;
     write_lines(s, out);
@@ -80,7 +77,6 @@ char *web_settings_file(const struct web_settings *s, struct fault *fault)
 {
     const char *name = strrchr(s->path, '/'), *last = name ? name + 1 : s->path;
     char folder[PATH_MAX], real[PATH_MAX], *file;
-
     snprintf(folder, sizeof folder, "%.*s", name ? (int)(last - s->path) : 1, name ? s->path : ".");
     if (!realpath(folder, real)) {
         fault_set(fault, "%s: %s", folder, strerror(errno));
@@ -97,7 +93,6 @@ char *web_settings_file(const struct web_settings *s, struct fault *fault)
 bool web_settings_save(const struct web_settings *s, struct fault *fault)
 {
     char path[4096];
-
     if (snprintf(path, sizeof path, "%s.new", s->path) >= (int)sizeof path)
         return fault_set(fault, "the path of the settings is too long");
     FILE *out = fopen(path, "we");
@@ -120,7 +115,6 @@ bool web_settings_save(const struct web_settings *s, struct fault *fault)
 static bool read_file(struct web_settings *s, FILE *in, struct fault *fault)
 {
     char line[WEB_SETTINGS_LINE], section[WEB_SETTINGS_LINE] = "", text[2 * WEB_SETTINGS_LINE];
-
     for (int number = 1; fgets(line, sizeof line, in); number++) {
         line[strcspn(line, "\n")] = '\0';
         if (line[0] == '#' || !line[0])
@@ -142,7 +136,6 @@ static bool read_token(struct web_settings *s, const char *path, struct fault *f
 {
     FILE *in = fopen(path, "re");
     struct stat st;
-
     if (!in)
         return fault_set(fault, "%s: %s", path, strerror(errno));
     if (!fgets(s->token, sizeof s->token, in))
@@ -177,7 +170,6 @@ bool web_settings_token(const struct web_settings *s, const char *token)
 {
     const size_t n = strlen(s->token);
     unsigned differs = strlen(token) != n;
-
     for (size_t i = 0, k = 0; i < n; i++, k += token[k] != '\0')
         differs |= (unsigned char)s->token[i] ^ (unsigned char)token[k];
     return n >= WEB_SETTINGS_LEAST && !differs;
@@ -192,7 +184,6 @@ void web_settings_forget(struct web_settings *s)
 bool web_settings_change(struct web_settings *s, const struct web_setting *setting, struct fault *fault)
 {
     int at = 0;
-
     memcpy(s->before, s->setting, sizeof s->before);
     s->n_before = s->n;
     while (at < s->n && !is_same_key(&s->setting[at], setting))

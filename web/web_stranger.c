@@ -8,7 +8,6 @@
 static void print_name(FILE *out, const char *host)
 {
     static const char characters[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-._";
-
     for (const char *c = host; *c && *c != ':'; c++)
         fputc(strchr(characters, *c) ? *c : '?', out);
 }
@@ -18,7 +17,6 @@ char *web_stranger_page(const char *host, const char *here)
     char *text = NULL;
     size_t size;
     FILE *out = open_memstream(&text, &size);
-
     if (!out)
         return NULL;
     host = host && *host ? host : "that.name";

@@ -22,7 +22,6 @@ static uint32_t next_character(const unsigned char **at)
                   : (s[0] & 0xf8) == 0xf0 ? 4
                                           : 0;
     uint32_t c = n == 1 ? s[0] : n ? s[0] & (0x7fu >> n) : '?';
-
     for (int i = 1; i < n; i++) {
         if ((s[i] & 0xc0) != 0x80) {
             *at = s + i;
@@ -37,10 +36,8 @@ static uint32_t next_character(const unsigned char **at)
 int canvas_text(struct canvas *canvas, int column, int row, int width, enum canvas_colour colour, const char *text)
 {
     const unsigned char *at = (const unsigned char *)text;
-
     for (; *at && width > 0; width--, column++) {
         const uint32_t c = next_character(&at);
-
         if (row >= 0 && row < canvas->rows && column >= 0 && column < canvas->columns)
             canvas->cell[row][column] = (struct canvas_cell){.glyph = c, .colour = (uint8_t)colour};
     }
@@ -51,7 +48,6 @@ void canvas_dot(struct canvas *canvas, int x, int y, enum canvas_colour colour)
 {
     static const uint8_t bit[CANVAS_DOTS_Y][CANVAS_DOTS_X] = {
         {0x01, 0x08}, {0x02, 0x10}, {0x04, 0x20}, {0x40, 0x80}};
-
     if (x < 0 || y < 0 || x >= canvas->columns * CANVAS_DOTS_X || y >= canvas->rows * CANVAS_DOTS_Y)
         return;
 
@@ -99,12 +95,10 @@ void canvas_print_row(FILE *out, const struct canvas *canvas, int row, bool colo
                                         [CANVAS_RED] = "0;1;31"};
     enum canvas_colour now = CANVAS_PLAIN;
     int end = canvas->columns;
-
     while (end > 0 && shown(&canvas->cell[row][end - 1], unicode) == ' ')
         end--;
     for (int column = 0; column < end; column++) {
         const struct canvas_cell *cell = &canvas->cell[row][column];
-
         if (colour && cell->colour != now) {
             now = (enum canvas_colour)cell->colour;
             fprintf(out, "\033[%sm", codes[now]);

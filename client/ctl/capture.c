@@ -168,7 +168,6 @@ static int add_pose(int n, char **file, const char *offset)
 {
     char *end = NULL;
     const double offset_s = offset ? strtod(offset, &end) : 0;
-
     if (n != 3)
         return wrong_usage("add-pose needs three files: FILE, POSES and OUT");
     if (offset && (end == offset || *end || !isfinite(offset_s)))

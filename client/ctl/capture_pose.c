@@ -59,7 +59,6 @@ static bool keep_pose(struct poses *poses, json_t *pose, double t_unix)
     if (poses->n == poses->room) {
         const size_t room = poses->room ? 2 * poses->room : 1024;
         struct pose_line *more = realloc(poses->line, room * sizeof *more);
-
         if (!more)
             return false;
         poses->line = more;
@@ -77,7 +76,6 @@ static bool take_line(struct poses *poses, const char *text, double offset_s, do
     const json_t *t = json_object_get(pose, "t_unix");
     const double t_unix = json_number_value(t) + offset_s;
     bool good = false;
-
     if (!json_is_number(t) || json_object_size(pose) < 2)
         fault_set(fault, "expected a JSON object with t_unix and attitude_deg, quaternion, position_m, depth_m, "
                          "velocity_mps or altitude_m, as sonard-poses prints them");
@@ -98,7 +96,6 @@ static bool read_poses(const char *path, double offset_s, struct poses *poses, s
     char text[LINE_BYTES];
     double last_s = 0;
     struct fault why;
-
     if (!file)
         return fault_set(fault, "%s: %s", path, strerror(errno));
     for (unsigned line = 1; fgets(text, sizeof text, file); line++) {
@@ -123,7 +120,6 @@ struct copying {
 static bool copy_new_channels(struct copying *c, struct fault *fault)
 {
     const struct mcap_channel *from;
-
     for (; (from = mcap_channel_at(c->r, c->met)) != NULL; c->met++) {
         if (strcmp(from->topic, "/pose") == 0)
             return fault_set(fault, "it has poses of its own");
@@ -142,7 +138,6 @@ static bool write_pose(struct copying *c, const struct pose_line *pose, struct f
                                          .publish_ns = pose->t_ns,
                                          .data = (const uint8_t *)pose->text,
                                          .size = strlen(pose->text)};
-
     return mcap_write_message(c->w, c->pose_channel, &message, fault);
 }
 
@@ -151,7 +146,6 @@ static bool copy_all(struct copying *c, const struct poses *poses, struct fault 
 {
     struct mcap_message m;
     size_t next = 0;
-
     c->pose_channel = mcap_add_channel(c->w, "/pose", "json", NULL, 0, fault);
     if (c->pose_channel < 0)
         return false;
@@ -174,7 +168,6 @@ static bool survey(const char *path, struct span *span)
     struct mcap_message m;
     const bool opened = r != NULL;
     bool any = false;
-
     while (opened && mcap_next(r, &m)) {
         span->start_ns = !any || m.log_ns < span->start_ns ? m.log_ns : span->start_ns;
         span->end_ns = !any || m.log_ns > span->end_ns ? m.log_ns : span->end_ns;
@@ -240,7 +233,6 @@ static bool cut_to(const struct span *span, struct poses *poses, struct fault *f
                  last_s = (double)poses->line[poses->n - 1].t_ns * 1e-9;
     const size_t n = poses->n;
     bool good = true;
-
     poses->of = clock_of(span, poses);
     poses->n = 0;
     for (size_t i = 0; i < n; i++) {
@@ -280,7 +272,6 @@ static void tell_clock(const struct span *span, const struct poses *poses)
 static bool copy_attachments(const struct copying *c, struct fault *fault)
 {
     struct mcap_attachment a;
-
     for (uint64_t at = 0; mcap_next_attachment(c->r, &at, &a);)
         if (a.crc_good && !mcap_attach(c->w, &a, fault))
             return false;
@@ -292,7 +283,6 @@ static int write_capture(const char *path, const char *out_path, const struct po
     static struct copying c;
     struct fault fault;
     int status = 1;
-
     c = (struct copying){.r = capture_open(path)};
     c.w = c.r ? capture_create(out_path, NULL, largest > MCAP_MESSAGE_BYTES ? largest : 0) : NULL;
     if (c.w)
@@ -308,7 +298,6 @@ int capture_add_pose(const char *path, const char *poses_path, const char *out_p
     struct poses poses = {0};
     struct fault fault;
     int status = 1;
-
     if (!survey(path, &span))
         return 1;
     if (!read_poses(poses_path, offset_s, &poses, &fault) || !cut_to(&span, &poses, &fault))

@@ -203,7 +203,6 @@ static void write_ping(struct exporting *ex, const struct mcap_channel *channel,
 static void write_ping360(struct exporting *ex, const struct mcap_channel *channel, const struct ping_frame *frame)
 {
     struct ping360_data d;
-
     if (!ping360_decode_data(frame, &d))
         return;
     write_ping(ex, channel,
@@ -218,7 +217,6 @@ static void write_seanet(struct exporting *ex, const struct mcap_channel *channe
                          const struct seanet_frame *frame)
 {
     uint8_t sample[MICRON_BINS_MAX];
-
     if (frame->id != SEANET_HEAD_DATA || micron_line_add(line, frame) != MICRON_LINE_WHOLE ||
         micron_line_bins(line) == 0)
         return;
@@ -238,7 +236,6 @@ static bool write_pings(struct exporting *ex, const struct mcap_message *m)
     struct finding **finding = &ex->finding[m->channel->index];
     struct ping_frame frame;
     struct seanet_frame seanet;
-
     if (!*finding) {
         if (!(*finding = calloc(1, sizeof **finding)))
             return false;

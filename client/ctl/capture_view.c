@@ -52,7 +52,6 @@ struct exporter {
 static const struct message_type *ros2_type(const struct view_topic *topic)
 {
     const struct ros2_topic *ros = ros2_topic(topic->topic);
-
     return ros ? ros->type : NULL;
 }
 
@@ -64,7 +63,6 @@ static void encode_foxglove(const struct view_topic *topic, const json_t *messag
 static void encode_ros2(const struct view_topic *topic, const json_t *message, struct bytes *out)
 {
     json_t *converted = ros2_topic(topic->topic)->convert(message);
-
     out->failed = !converted;
     cdr_message(ros2_type(topic), converted, out);
     json_decref(converted);
@@ -81,7 +79,6 @@ static int add_channel(struct exporter *e, const char *topic, const struct messa
 {
     struct bytes schema = {0};
     int id = -1;
-
     e->form->schema(type, &schema);
     if (schema.failed)
         fault_set(fault, "out of memory");
@@ -95,7 +92,6 @@ static bool add_channels(struct exporter *e, struct fault *fault)
 {
     for (int i = 0; i < VIEW_TOPICS; i++) {
         const struct message_type *type = e->form->type(&view_topics[i]);
-
         e->channel[i] = type ? add_channel(e, view_topics[i].topic, type, fault) : -1;
         if (type && e->channel[i] < 0)
             return false;
@@ -107,7 +103,6 @@ static bool add_channels(struct exporter *e, struct fault *fault)
 static struct asked *ask(struct exporter *e, const struct view_topic *topic)
 {
     struct asked *asked = e->asked;
-
     while (asked < e->asked + e->n_asked && strcmp(asked->method, topic->method) != 0)
         asked++;
     if (asked == e->asked + e->n_asked) {
@@ -130,7 +125,6 @@ static struct asked *ask(struct exporter *e, const struct view_topic *topic)
 static uint64_t time_in(const json_t *message)
 {
     const json_t *t = json_object_get(message, "timestamp");
-
     return (uint64_t)json_integer_value(json_object_get(t, "seconds")) * 1000000000u +
            (uint64_t)json_integer_value(json_object_get(t, "nanos"));
 }
@@ -139,7 +133,6 @@ static bool put_message(struct exporter *e, int i, const json_t *message, struct
 {
     const uint64_t own_ns = time_in(message), t_ns = own_ns ? own_ns : (uint64_t)(e->now_unix * 1e9);
     struct bytes bytes = {0};
-
     e->form->encode(&view_topics[i], message, &bytes);
     const struct mcap_message record = {
         .log_ns = t_ns, .publish_ns = t_ns, .data = bytes.data, .size = bytes.size};
@@ -155,7 +148,6 @@ static bool put_topic(struct exporter *e, int i, struct fault *fault)
     const struct asked *asked = ask(e, topic);
     json_t *message;
     bool ok = true;
-
     if (!asked)
         return true;
     const struct view_source source = {.result = asked->result, .rows = &e->rows, .now_unix = e->now_unix};
@@ -171,7 +163,6 @@ static bool put_moment(struct exporter *e, struct fault *fault)
 {
     json_t *status = played_ask(&e->played, "status", NULL);
     bool ok = true;
-
     if (!status)
         return fault_set(fault, "sonard, which replays it, is gone");
     e->now_unix = json_number_value(json_object_get(status, "t_unix"));
@@ -219,7 +210,6 @@ int capture_export_view(const char *path, const char *out_path, enum capture_vie
     struct exporter *e = calloc(1, sizeof *e);
     struct fault fault;
     int status = 1;
-
     if (!e)
         return capture_failed("out of memory");
     e->form = &forms[form];

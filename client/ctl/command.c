@@ -17,7 +17,6 @@ int command_fail(const struct sonard_error *error)
     static const int status[] = {[SONARD_NO_DAEMON] = EXIT_NO_DAEMON, [SONARD_NO_PERMISSION] = EXIT_NO_DAEMON,
                                  [SONARD_SILENT] = EXIT_SILENT,       [SONARD_LOST] = EXIT_SILENT,
                                  [SONARD_REFUSED] = EXIT_REFUSED,     [SONARD_INVALID] = EXIT_USAGE};
-
     fprintf(stderr, "sonarctl: ");
     for (const char *c = error->message; *c; c++)
         fputc((unsigned char)*c < 0x20 || *c == 0x7f ? '?' : *c, stderr);
@@ -28,7 +27,6 @@ int command_fail(const struct sonard_error *error)
 int command_usage(const char *command, const char *message)
 {
     char help[64];
-
     snprintf(help, sizeof help, "sonarctl %s%s", command ? command : "help", command ? " --help" : "");
     arguments_tell("sonarctl", message, help);
     return EXIT_USAGE;
@@ -38,7 +36,6 @@ bool command_refuses_picture(const struct context *context, const char *path)
 {
     static const char *const endings[] = {".png", ".jpg", ".jpeg", ".pdf"};
     const char *ending = path ? strrchr(path, '.') : NULL;
-
     for (size_t i = 0; ending && i < sizeof endings / sizeof *endings; i++)
         if (strcasecmp(ending, endings[i]) == 0) {
             command_usage(context->command, "the command writes SVG; convert it with rsvg-convert");
@@ -61,7 +58,6 @@ json_t *command_call(struct context *context, const char *method, json_t *params
 {
     struct sonard_error error;
     json_t *result = NULL;
-
     if (!context->client)
         context->client = sonard_connect(context->socket, context->timeout_s, &error);
     if (context->client)
@@ -74,7 +70,6 @@ int command_call_and_print(struct context *context, const char *method, json_t *
 {
     int status;
     json_t *result = command_call(context, method, params, &status);
-
     if (result)
         command_print(context, method, result);
     json_decref(result);
@@ -85,7 +80,6 @@ bool command_azimuth(const struct context *context, int index, double *azimuth_d
 {
     const char *word = context->arguments.word[index];
     struct fault fault;
-
     if (arguments_number(word, -360, 360, azimuth_deg))
         return true;
     fault_set(&fault, "AZ '%.100s': expected degrees, -360 to 360", word);
@@ -99,7 +93,6 @@ int command_write_plot(const char *path, json_t *image, json_t *sectors, double 
     const bool to_stdout = strcmp(path, "-") == 0;
     FILE *out = to_stdout ? stdout : fopen(path, "w");
     bool ok = out && (sectors ? plot_svg(out, image, sectors, &conf) : show_background_svg(out, image));
-
     if (out && (to_stdout ? fflush(out) : fclose(out)) != 0)
         ok = false;
     if (!ok)

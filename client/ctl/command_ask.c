@@ -21,7 +21,6 @@ static bool take_direction(struct context *context)
 {
     json_t *params = context->arguments.options;
     double azimuth_deg;
-
     if (!command_azimuth(context, 0, &azimuth_deg))
         return false;
     if (!json_object_get(params, "distance_m")) {
@@ -37,7 +36,6 @@ int command_blocked(struct context *context)
     const char *state;
     json_t *result;
     int status;
-
     if (!take_direction(context))
         return EXIT_USAGE;
     result = command_call(context, "blocked", context->arguments.options, &status);
@@ -59,7 +57,6 @@ int command_blocked(struct context *context)
 static json_t *wait_begun(struct context *context, json_t *result, int *status)
 {
     const json_int_t before = json_integer_value(json_object_get(result, "errors"));
-
     for (int i = 0; result && i < BEGIN_TRIES && !json_is_true(json_object_get(result, "recording")) &&
                     json_integer_value(json_object_get(result, "errors")) == before;
          i++) {
@@ -74,7 +71,6 @@ static json_t *wait_begun(struct context *context, json_t *result, int *status)
 static json_t *recording_now(struct context *context, int *status)
 {
     json_t *all = command_call(context, "status", NULL, status), *record = json_object_get(all, "record");
-
     record = json_is_true(json_object_get(record, "recording")) ? json_incref(record) : NULL;
     json_decref(all);
     return record;
@@ -84,7 +80,6 @@ static void tell_already(const json_t *record)
 {
     char since[PAGE_CELL], path[PAGE_CELL];
     const double age_s = json_number_value(json_object_get(record, "recording_age_s"));
-
     printf("already recording to %s, since %s\n", page_text(path, record, "path"),
            page_utc(since, (double)time(NULL) - age_s));
 }
@@ -95,7 +90,6 @@ int command_record(struct context *context)
     const bool start = strcmp(word, "start") == 0;
     const char *method = start ? "record_start" : "record_stop";
     int status;
-
     if (!start && strcmp(word, "stop") != 0)
         return command_usage("record", "expected start or stop");
     json_t *result = start ? recording_now(context, &status) : NULL;
@@ -143,7 +137,6 @@ int command_call_any(struct context *context)
     json_t *params = NULL;
     struct fault fault;
     int status;
-
     if (context->arguments.n_words > 1) {
         params = json_loads(context->arguments.word[1], JSON_REJECT_DUPLICATES, &where);
         if (!json_is_object(params)) {
@@ -162,11 +155,9 @@ int command_call_any(struct context *context)
 static json_t *parse_pairs(const struct arguments *arguments, int first)
 {
     json_t *params = json_object();
-
     for (int i = first; i < arguments->n_words; i++) {
         const char *word = arguments->word[i], *equals = strchr(word, '=');
         json_t *value;
-
         if (!equals || equals == word) {
             json_decref(params);
             return NULL;
@@ -182,7 +173,6 @@ static int print_notification(const struct context *context, const char *method,
                               const struct sonard_message *notification, json_t *result)
 {
     struct sonard_error error = notification->refusal;
-
     if (notification->skipped > 0)
         fprintf(stderr, "sonarctl: %lld skipped, this one is the newest\n", (long long)notification->skipped);
     if (result) {
@@ -203,7 +193,6 @@ int command_watch(struct context *context)
     const bool endless = !json_object_get(options, "count");
     json_t *params = parse_pairs(&context->arguments, 1), *request, *reply;
     int status;
-
     if (!params)
         return command_usage("watch", "parameters are key=value");
     request = json_pack("{s:s, s:o, s:f}", "method", method, "params", params, "rate_hz", rate_hz);
@@ -215,7 +204,6 @@ int command_watch(struct context *context)
         struct sonard_message notification;
         struct sonard_error error;
         json_t *result;
-
         status = sonard_json_next(context->client, patience_s, &notification, &result, &error)
                      ? print_notification(context, method, &notification, result)
                      : command_fail(&error);
@@ -226,7 +214,6 @@ int command_watch(struct context *context)
 static void wait_s(double s)
 {
     struct timespec t = {.tv_sec = (time_t)s, .tv_nsec = (long)((s - floor(s)) * 1e9)};
-
     nanosleep(&t, NULL);
 }
 
@@ -234,12 +221,10 @@ static void wait_s(double s)
 static int keep_sending(struct context *context, json_t *params, double rate_hz)
 {
     int status = command_call_and_print(context, "pose", params);
-
     if (status == EXIT_CLEAR)
         fprintf(stderr, "sonarctl: sending this pose %g times a second; Ctrl-C ends it\n", rate_hz);
     while (status == EXIT_CLEAR && fflush(stdout) == 0) {
         json_t *result;
-
         wait_s(1 / rate_hz);
         result = command_call(context, "pose", params, &status);
         json_decref(result);
@@ -253,7 +238,6 @@ int command_pose(struct context *context)
     const json_t *rate = json_object_get(options, "rate_hz");
     const double rate_hz = rate ? json_number_value(rate) : 0;
     const bool withdraw = json_object_get(options, "withdraw") != NULL;
-
     json_object_del(options, "rate_hz");
     json_object_del(options, "withdraw");
     if (withdraw && (rate_hz > 0 || json_object_size(options) > 0))
@@ -274,7 +258,6 @@ static int write_plot(struct context *context, const char *path, json_t *image, 
     json_t *result = command_call(context, "status", NULL, &status);
     const json_t *heading = json_array_get(json_object_get(json_object_get(result, "pose"), "attitude_deg"), 2);
     const double heading_deg = json_number_value(heading);
-
     if (result)
         status = command_write_plot(path, image, sectors, range_m, json_is_number(heading) ? &heading_deg : NULL);
     json_decref(result);
@@ -287,7 +270,6 @@ int command_plot(struct context *context)
     json_t *output = json_incref(json_object_get(options, "output"));
     double range_m;
     int status;
-
     if (!output)
         return command_usage("plot", "-o FILE is missing");
     if (command_refuses_picture(context, json_string_value(output))) {
@@ -316,7 +298,6 @@ int command_stats(struct context *context)
     const bool prometheus = json_object_get(context->arguments.options, "prometheus") != NULL;
     int status;
     json_t *result = command_call(context, "stats", NULL, &status);
-
     if (result && context->json)
         command_print(context, "stats", result);
     else if (result && prometheus)

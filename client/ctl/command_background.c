@@ -15,7 +15,6 @@ static json_t *wait_learnt(struct context *context, json_t *result, const json_t
 {
     const bool shows = isatty(STDERR_FILENO);
     json_t *params = json_object();
-
     if (sensor)
         json_object_set(params, "sensor", (json_t *)sensor);
     while (result && json_is_object(json_object_get(result, "learning"))) {

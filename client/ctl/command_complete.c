@@ -26,7 +26,6 @@ struct line {
 static void offer(const struct line *line, const char *word, size_t n, const char *ending, const char *help)
 {
     const size_t given = strlen(line->last);
-
     if (given > n + strlen(ending) || strncmp(word, line->last, given < n ? given : n) != 0)
         return;
     printf("%.*s%s%s%s\n", (int)n, word, ending, help[0] ? "\t" : "", help);
@@ -43,7 +42,6 @@ static json_t *ask_daemon(const struct line *line, const char *method)
 {
     struct context *context = line->context;
     struct sonard_error error;
-
     if (!context->client)
         context->client = sonard_connect(context->socket, PATIENCE_S, &error);
     return context->client ? sonard_json_call(context->client, method, NULL, &error) : NULL;
@@ -52,10 +50,8 @@ static json_t *ask_daemon(const struct line *line, const char *method)
 static void offer_names(const struct line *line, const char *method, const char *list)
 {
     json_t *result = ask_daemon(line, method), *names = json_object_get(result, list);
-
     for (size_t i = 0; i < json_array_size(names); i++) {
         const char *name = json_string_value(json_object_get(json_array_get(names, i), "name"));
-
         if (name)
             offer_word(line, name, "");
     }
@@ -67,10 +63,8 @@ static void offer_maps(const struct line *line)
     json_t *result = ask_daemon(line, "map");
     const char *path = json_string_value(json_object_get(result, "directory"));
     DIR *directory = path ? opendir(path) : NULL;
-
     for (const struct dirent *entry; directory && (entry = readdir(directory)) != NULL;) {
         const char *dot = strrchr(entry->d_name, '.');
-
         if (dot && strcmp(dot, ".map") == 0)
             offer(line, entry->d_name, (size_t)(dot - entry->d_name), "", "");
     }
@@ -92,7 +86,6 @@ static void offer_alternatives(const struct line *line, const char *form)
 {
     while (*form) {
         const size_t n = strcspn(form, "|"), word = strcspn(form, "| ");
-
         if (form[0] >= 'a' && form[0] <= 'z')
             offer(line, form, word, "", "");
         form += n + (form[n] != '\0');
@@ -127,7 +120,6 @@ static void offer_methods(const struct line *line)
 static void offer_keys(const struct line *line, const char *method)
 {
     const struct protocol_method *m = protocol_find(method);
-
     for (const struct protocol_param *p = m ? m->params : NULL; p && p->name; p++)
         offer(line, p->name, strlen(p->name), "=", p->help);
 }
@@ -136,7 +128,6 @@ static void offer_keys(const struct line *line, const char *method)
 static bool wants_name(const char *words, const char *first)
 {
     const char *found = first[0] ? strstr(words, first) : NULL;
-
     return found && strncmp(found + strlen(first), " NAME", 5) == 0;
 }
 
@@ -145,7 +136,6 @@ static void offer_argument(const struct line *line)
 {
     const char *words = line->command->words, *first = line->n_words > 0 ? line->word[0] : "";
     const char *name = line->command->name;
-
     if (strncmp(words, "METHOD", 6) == 0) {
         if (line->n_words == 0)
             offer_methods(line);
@@ -162,10 +152,8 @@ static void offer_argument(const struct line *line)
 static const struct argument *read_line(struct line *line, char **argv, int argc, int at)
 {
     const struct argument *waiting = NULL;
-
     for (int i = 1; i < argc; i++) {
         const struct argument *argument = NULL;
-
         if (i == at)
             continue;
         if (waiting) {
@@ -190,7 +178,6 @@ int command_complete(struct context *context)
     char *argv[ARGUMENTS_WORDS_MAX + 1] = {(char[]){"sonarctl"}};
     struct line line = {.context = context, .last = given->n_words > 0 ? given->word[given->n_words - 1] : ""};
     const int argc = given->n_words > 0 ? given->n_words : 1;
-
     for (int i = 1; i < argc; i++)
         argv[i] = (char *)given->word[i - 1];
 

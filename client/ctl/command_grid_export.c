@@ -104,7 +104,6 @@ int command_grid_export(struct context *context, const char *path)
     const bool csv = to_stdout || (n > 4 && strcmp(path + n - 4, ".csv") == 0);
     json_t *all;
     int status = EXIT_CLEAR;
-
     if (!csv && (n < 6 || strcmp(path + n - 5, ".mcap") != 0))
         return command_usage("grid", "export: FILE must end in .csv or .mcap, or be - for CSV on standard output");
     if (!(all = ask_page(context, &status)))

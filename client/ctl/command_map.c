@@ -16,7 +16,6 @@ static json_t *parse_place(const char *word)
 {
     double v[3];
     int used = 0;
-
     if (sscanf(word, "%lf,%lf,%lf%n", &v[0], &v[1], &v[2], &used) != 3 || word[used] != '\0')
         return NULL;
     return json_pack("[f, f, f]", v[0], v[1], v[2]);
@@ -27,7 +26,6 @@ static bool take_places(const struct arguments *arguments, const char *method, j
 {
     json_t *places = json_array();
     bool ok = true;
-
     for (int i = 0; i < arguments->n_words; i++)
         ok = json_array_append_new(places, parse_place(arguments->word[i])) == 0 && ok;
     if (ok && strcmp(method, "path") == 0) {
@@ -47,7 +45,6 @@ int command_place(struct context *context)
     const char *method = context->command, *state;
     json_t *result;
     int status;
-
     if (!take_places(&context->arguments, method, context->arguments.options))
         return command_usage(method, "a place is three numbers: N,E,D, in metres");
     if (strcmp(method, "path") == 0 && !json_object_get(context->arguments.options, "radius_m"))
@@ -71,7 +68,6 @@ static bool slice_is_blank(const json_t *result)
 {
     const json_t *row;
     size_t i;
-
     json_array_foreach(json_object_get(result, "rows"), i,
                        row) if (strspn(json_string_value(row) ? json_string_value(row) : "", " ") !=
                                 json_string_length(row)) return false;
@@ -83,7 +79,6 @@ static int print_slice(const struct context *context, const json_t *result, cons
     const bool to_stdout = path && strcmp(path, "-") == 0;
     FILE *out = !path || to_stdout ? stdout : fopen(path, "w");
     bool ok = out != NULL;
-
     if (!context->json && slice_is_blank(result))
         fprintf(stderr, "sonarctl: nothing is known of this water: the picture is empty\n");
     if (context->json)
@@ -105,7 +100,6 @@ static json_t *wait_job(struct context *context, json_t *result, int *status)
     struct sonard_error error = {.status = SONARD_REFUSED};
     const json_t *job;
     const char *state = NULL;
-
     while (result) {
         job = json_object_get(result, "job");
         state = json_string_value(json_object_get(job, "state"));

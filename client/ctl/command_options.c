@@ -45,7 +45,6 @@ static struct {
 static bool listed(const char *list, const char *name)
 {
     const size_t n = strlen(name);
-
     for (const char *at = list; (at = strstr(at, name)) != NULL; at += n)
         if ((at == list || at[-1] == ' ') && (at[n] == ' ' || at[n] == '\0'))
             return true;
@@ -57,10 +56,8 @@ static void flag_of(const char *name, char *flag, size_t size)
 {
     static const char *const units[] = {"_deg", "_m", "_mps", "_s", "_hz"};
     size_t n = strlen(name);
-
     for (size_t i = 0; i < sizeof units / sizeof *units; i++) {
         const size_t unit = strlen(units[i]);
-
         if (n > unit && strcmp(name + n - unit, units[i]) == 0) {
             n -= unit;
             break;
@@ -80,7 +77,6 @@ static void form_of(const struct protocol_param *p, char *form, size_t size)
     static const char *const units[][2] = {{"degrees", "DEG"}, {"m", "M"},   {"m/s", "M/S"},
                                            {"s", "S"},         {"Hz", "HZ"}, {"", "X"}};
     size_t used = 0;
-
     form[0] = '\0';
     if (p->type == PROTOCOL_NUMBER)
         for (size_t i = 0; i < sizeof units / sizeof *units && !form[0]; i++)
@@ -99,7 +95,6 @@ static void form_of(const struct protocol_param *p, char *form, size_t size)
 static void help_of(const struct protocol_param *p, const char *prefix, char *help, size_t size)
 {
     char without[64];
-
     protocol_without(p, without, sizeof without);
     snprintf(help, size, "%s%s%s%s%s%s%s%s", prefix, p->help, p->unit[0] ? ", in " : "", p->unit,
              p->need == PROTOCOL_REQUIRED ? "; must be given" : "", without[0] ? " (" : "", without,
@@ -109,7 +104,6 @@ static void help_of(const struct protocol_param *p, const char *prefix, char *he
 static void add_param(const struct protocol_param *p, const char *prefix)
 {
     const int i = options.n++;
-
     flag_of(p->name, options.flag[i], sizeof options.flag[i]);
     form_of(p, options.form[i], sizeof options.form[i]);
     help_of(p, prefix, options.help[i], sizeof options.help[i]);
@@ -140,7 +134,6 @@ static void add_method(const struct command *command, const char *word, size_t n
     const char *colon = memchr(word, ':', n);
     const size_t before = colon ? (size_t)(colon - word) + 1 : 0;
     char name[32], prefix[32];
-
     snprintf(name, sizeof name, "%.*s", (int)(n - before), word + before);
     snprintf(prefix, sizeof prefix, "%.*s%s", (int)before, word, before ? " " : "");
 
@@ -156,7 +149,6 @@ const struct argument *command_options(const struct command *command)
     options.n = 0;
     for (const char *word = command->methods; *word;) {
         const size_t n = strcspn(word, " ");
-
         add_method(command, word, n);
         word += n + strspn(word + n, " ");
     }
@@ -169,6 +161,5 @@ const struct argument *command_options(const struct command *command)
 const char *command_help(const struct command *command)
 {
     const struct protocol_method *method = protocol_find(command->name);
-
     return command->help ? command->help : method ? method->help : NULL;
 }

@@ -79,7 +79,6 @@ static bool ask_numbers(struct setup *s, const struct question *question, double
     const int n = question->n;
     char standard[64] = "", answer[LINE_MAX_];
     double number[3];
-
     for (int i = 0; i < n && option; i++)
         value[i] = json_number_value(json_is_array(option) ? json_array_get(option, (size_t)i) : option);
     if (option)
@@ -89,10 +88,8 @@ static bool ask_numbers(struct setup *s, const struct question *question, double
     while (ask_person(s, question->text, standard, answer, sizeof answer)) {
         char *at = answer;
         int got = 0;
-
         for (; got < n; got++) {
             char *end;
-
             number[got] = strtod(at, &end);
             if (end == at || !(number[got] >= lo && number[got] <= hi))
                 break;
@@ -131,11 +128,9 @@ static void list_devices(void)
 static bool search_each(struct setup *s, char path[][FIND_SONAR_PATH], size_t n)
 {
     const bool ask_it = !given(s, "listen");
-
     for (size_t i = 0; i < n; i++) {
         struct found_sonar found;
         struct fault fault;
-
         fprintf(stderr, "%s: listening%s ...\n", path[i], ask_it ? ", then asking" : "");
         if (!find_sonar_on(path[i], ask_it, &found, &fault)) {
             fprintf(stderr, "  %s\n", fault.text);
@@ -157,7 +152,6 @@ static void search_ports(struct setup *s)
     char path[FIND_SONAR_PORTS][FIND_SONAR_PATH];
     const char *option = json_string_value(given(s, "port"));
     struct find_target target[FIND_NETWORK_TARGETS];
-
     if (option) {
         snprintf(path[0], sizeof path[0], "%s", option);
         search_each(s, path, 1);
@@ -187,7 +181,6 @@ static bool is_ping360(const struct setup *s)
 static bool take_port(struct setup *s, const char *text, struct fault *fault)
 {
     const char *rest;
-
     if (text[0] == '/')
         snprintf(s->port, sizeof s->port, "serial:%.*s:%s", FIND_SONAR_PATH - 1, text,
                  is_ping360(s) ? "921600" : "115200");
@@ -201,7 +194,6 @@ static bool check_options(struct setup *s)
 {
     const char *device = json_string_value(given(s, "device")), *port = json_string_value(given(s, "port"));
     struct fault fault;
-
     if (device && !known_device(device)) {
         fprintf(stderr, "sonarctl setup: no such device: %s\n", device);
         list_devices();
@@ -252,7 +244,6 @@ static bool take_device(struct setup *s)
     const char *device = json_string_value(given(s, "device")), *port = json_string_value(given(s, "port"));
     char answer[LINE_MAX_];
     struct fault fault;
-
     if (!device || !port)
         search_ports(s);
     if (device) {
@@ -285,10 +276,8 @@ static bool take_device(struct setup *s)
 static bool ask_yes(struct setup *s, const char *question)
 {
     char answer[LINE_MAX_];
-
     while (ask_person(s, question, "n", answer, sizeof answer)) {
         const bool yes = strcasecmp(answer, "y") == 0 || strcasecmp(answer, "yes") == 0;
-
         if (yes || strcasecmp(answer, "n") == 0 || strcasecmp(answer, "no") == 0)
             return yes;
         fprintf(stderr, "  expected y or n\n");
@@ -332,7 +321,6 @@ static void ask_all(struct setup *s)
     static const struct question size = {"size_m", "How large is the vehicle: length, width, height in m?", 3,
                                          0.05, 50};
     static const struct question range = {"range_m", "How far is it to listen, in m?", 1, 0.75, 200};
-
     s->mount_answered = ask_numbers(s, &mount, s->mount_m);
     s->upside_down = given(s, "upside_down") || ask_yes(s, "Is it mounted upside down, y or n?");
     s->size_answered = ask_numbers(s, &size, s->size_m);
@@ -343,7 +331,6 @@ static void ask_all(struct setup *s)
 static void write_port(const struct setup *s, FILE *out)
 {
     const bool is_serial = strncmp(s->port, "serial:", 7) == 0;
-
     if (is_serial && is_ping360(s) && strstr(s->port, ":921600"))
         fprintf(out,
                 "# At 115200 baud the line would limit the scan, not the water; a Ping360 follows the rate.\n");
@@ -359,7 +346,6 @@ static void write_near(const struct setup *s, FILE *out)
     const double seen_deg = PING360_HALF_FAN_DEG - 1.5 * ANGULAR_STEP_DEG;
     const double off_m = s->mount_answered ? fabs(s->mount_m[2]) : 0;
     const double near_m = (height_m / 2 + MARGIN_M + off_m) / sin(seen_deg * M_PI / 180);
-
     fprintf(
         out,
         "# A level head does not see what is close above and below it: without this `limit` allows a crawl only.\n"
@@ -384,7 +370,6 @@ static void write_scan(const struct setup *s, FILE *out)
 static void write_conf(const struct setup *s, FILE *out)
 {
     const double radius_m = hypot(s->size_m[0], s->size_m[1]) / 2;
-
     fprintf(out,
             "# Written by `sonarctl setup`; change it as you like. Read after sonard.conf if it is in\n"
             "# " CONF_FILE ".d/; keys set here override it. What each key means: sonard.conf(5).\n\n"
@@ -432,7 +417,6 @@ static void judge_mount(const struct setup *s)
     const double radius_m = s->size_answered ? hypot(s->size_m[0], s->size_m[1]) / 2 : RADIUS_M;
     const double half_m = (s->size_answered ? s->size_m[2] : HEIGHT_M) / 2;
     const double *m = s->mount_m;
-
     if (hypot(m[0], m[1]) > radius_m + EQUAL_M || fabs(m[2]) > half_m + EQUAL_M)
         fprintf(
             stderr,
@@ -445,7 +429,6 @@ static void judge_mount(const struct setup *s)
 static bool output_exists(const struct setup *s)
 {
     const char *output = json_string_value(given(s, "output")), *path = output ? output : DROP_IN;
-
     if (strcmp(path, "-") == 0 || access(path, F_OK) != 0)
         return false;
     fprintf(stderr, "sonarctl setup: %s: %s; remove it first, or choose another with --output\n", path,
@@ -460,7 +443,6 @@ static int write_out(const struct setup *s)
     const bool is_drop_in = !output, to_stdout = output && strcmp(output, "-") == 0;
     const char *path = output ? output : DROP_IN;
     FILE *out = to_stdout ? stdout : fopen(path, "wxe");
-
     if (!out) {
         fprintf(stderr, "sonarctl setup: %s: %s%s\n", path, strerror(errno),
                 errno == EEXIST                 ? "; remove it first, or choose another with --output"
@@ -496,7 +478,6 @@ int command_setup(struct context *context)
                       .asks = isatty(STDIN_FILENO) && !json_object_get(options, "yes"),
                       .size_m = {0.46, 0.34, 0.25}, /* of a BlueROV2 without its tether */
                       .range_m = 20};
-
     snprintf(s.name, sizeof s.name, "%s", name ? name : DEFAULT_NAME);
     if (s.name[strspn(s.name, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_")] || !s.name[0] ||
         (name && strlen(name) >= sizeof s.name))

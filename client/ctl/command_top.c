@@ -44,7 +44,6 @@ static const char *const method_of[N_WATCHED] = {[SECTORS] = "sectors", [STATUS]
 static double now_s(void)
 {
     struct timespec t;
-
     clock_gettime(CLOCK_MONOTONIC, &t);
     return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
 }
@@ -74,7 +73,6 @@ static bool ask_watch(struct top *top, enum watched which)
     json_t *params = which == SECTORS ? json_incref(top->sectors_params) : json_object();
     json_t *request = json_pack("{s:s, s:o, s:f}", "method", method_of[which], "params", params, "rate_hz",
                                 which == SECTORS ? SECTORS_HZ : STATUS_HZ);
-
     top->request[which] = sonard_json_send(top->context->client, "watch", request, &top->error);
     json_decref(request);
     return top->request[which] != 0;
@@ -92,7 +90,6 @@ static void connect_again(struct top *top)
 static bool take_message(struct top *top, const struct sonard_message *message, json_t *said)
 {
     bool good = true;
-
     for (int i = 0; i < N_WATCHED; i++) {
         if (message->watch > 0 && message->watch == top->watch[i]) {
             json_decref(top->result[i]);
@@ -113,7 +110,6 @@ static bool take_message(struct top *top, const struct sonard_message *message, 
 static bool replay_is_over(const struct top *top)
 {
     const char *mode = json_string_value(json_object_get(top->result[STATUS], "mode"));
-
     return mode && strcmp(mode, "replay, ended") == 0;
 }
 
@@ -121,7 +117,6 @@ static void hear(struct top *top)
 {
     struct sonard_message message;
     json_t *result;
-
     while (top->context->client && sonard_json_take(top->context->client, 0, &message, &result, &top->error)) {
         top->heard_s = now_s();
         if (!take_message(top, &message, result))
@@ -147,7 +142,6 @@ static void draw(struct top *top, bool help)
                                     .range_m = top->range_m,
                                     .help = help};
     int columns, rows;
-
     terminal_size(&columns, &rows);
     canvas_clear(&top->canvas, columns, rows);
     top_view_draw(&top->canvas, &frame);
@@ -157,7 +151,6 @@ static void draw(struct top *top, bool help)
 static void show(struct top *top)
 {
     const bool whole = top->canvas.columns != top->shown.columns || top->canvas.rows != top->shown.rows;
-
     if (whole)
         printf("\033[2J");
     for (int row = 0; row < top->canvas.rows; row++) {
@@ -178,7 +171,6 @@ static bool obey(struct top *top)
     const ssize_t n = read(STDIN_FILENO, keys, sizeof keys);
     const struct top_frame frame = {.status = top->result[STATUS], .range_m = top->range_m};
     const double range_m = top_view_range(&frame);
-
     for (ssize_t i = 0; i < n; i++) {
         if (keys[i] == 'q' || keys[i] == 'Q')
             return false;
@@ -198,11 +190,9 @@ static void run_view(struct top *top, struct terminal *terminal)
             {.fd = STDIN_FILENO, .events = POLLIN},
             {.fd = terminal->signals, .events = POLLIN},
             {.fd = client ? sonard_fd(client) : -1, .events = client ? sonard_events(client) : 0}};
-
         poll(fds, 3, (int)(RETRY_S * 1e3));
         if (fds[1].revents) {
             const enum terminal_event event = terminal_signal(terminal);
-
             going = event != TERMINAL_END;
             top->shown.columns = 0;
         }
@@ -224,7 +214,6 @@ static void run_view(struct top *top, struct terminal *terminal)
 static int print_once(struct top *top)
 {
     int status = EXIT_CLEAR;
-
     for (int i = 0; i < N_WATCHED && status == EXIT_CLEAR; i++)
         top->result[i] =
             command_call(top->context, method_of[i], i == SECTORS ? top->sectors_params : NULL, &status);
@@ -245,7 +234,6 @@ int command_top(struct context *context)
     struct top *top = calloc(1, sizeof *top);
     struct terminal terminal;
     int status = EXIT_CLEAR;
-
     if (!top)
         return command_usage("top", "out of memory");
     json_object_del(options, "once");

@@ -28,7 +28,6 @@
 static struct find_target target_of(const char *host, uint16_t port, bool discovery)
 {
     struct find_target t = {.at = {.sin_family = AF_INET, .sin_port = htons(port)}, .discovery = discovery};
-
     inet_pton(AF_INET, host, &t.at.sin_addr);
     return t;
 }
@@ -71,7 +70,6 @@ static int open_socket(void)
 {
     const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0), on = 1;
     const struct sockaddr_in here = {.sin_family = AF_INET, .sin_port = htons(DISCOVERY_PORT)};
-
     if (fd >= 0) {
         setsockopt(fd, SOL_SOCKET, SO_BROADCAST, &on, sizeof on);
         (void)!bind(fd, (const struct sockaddr *)&here, sizeof here);
@@ -85,7 +83,6 @@ static void ask(int fd, const struct find_target *t)
     static const uint8_t wanted[] = {PING_DEVICE_INFORMATION, 0};
     uint8_t out[32];
     size_t n = ping_frame_build(out, sizeof out, PING_GENERAL_REQUEST, 0, wanted, sizeof wanted);
-
     if (t->discovery) {
         n = strlen("Discovery");
         memcpy(out, "Discovery", n);
@@ -99,7 +96,6 @@ static bool is_discovered(const char *text, const char *host, char address[FIND_
     const char *port = strstr(text, "Port:- ");
     const bool ping360 = strncmp(text, "SONAR PING360", 13) == 0, surveyor = strcasestr(text, "surveyor") != NULL;
     const unsigned long number = port ? strtoul(port + 7, NULL, 10) : ping360 ? PING360_PORT : SURVEYOR_PORT;
-
     if ((!ping360 && !surveyor) || number < 1 || number > UINT16_MAX)
         return false;
     if (ping360) /* it may answer to its own port number only */
@@ -114,7 +110,6 @@ static bool is_answer(const struct find_target target[], size_t n, const struct 
                       const char *text, char address[FIND_SONAR_PATH])
 {
     char host[INET_ADDRSTRLEN];
-
     inet_ntop(AF_INET, &from->sin_addr, host, sizeof host);
     if (is_discovered(text, host, address))
         return true;
@@ -138,7 +133,6 @@ static bool is_known(const char *address, char known[][FIND_SONAR_PATH], size_t 
 static int64_t now_ms(void)
 {
     struct timespec t;
-
     clock_gettime(CLOCK_MONOTONIC, &t);
     return (int64_t)t.tv_sec * 1000 + t.tv_nsec / 1000000;
 }
@@ -148,7 +142,6 @@ size_t find_network(const struct find_target target[], size_t n, int wait_ms,
 {
     const int fd = open_socket();
     size_t found = 0;
-
     for (int round = 0; fd >= 0 && round < ROUNDS; round++) {
         for (size_t i = 0; i < n; i++)
             ask(fd, &target[i]);
@@ -158,7 +151,6 @@ size_t find_network(const struct find_target target[], size_t n, int wait_ms,
             struct sockaddr_in from = {0};
             socklen_t size = sizeof from;
             char text[DATAGRAM_MAX + 1];
-
             if (poll(&ready, 1, (int)left) <= 0)
                 continue;
             const ssize_t got = recvfrom(fd, text, DATAGRAM_MAX, 0, (struct sockaddr *)&from, &size);

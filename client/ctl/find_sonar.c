@@ -37,16 +37,13 @@ size_t find_sonar_ports(char path[FIND_SONAR_PORTS][FIND_SONAR_PATH])
     static const char *const patterns[] = {"/dev/serial/by-id/*", "/dev/ttyUSB*", "/dev/ttyACM*"};
     char *real[FIND_SONAR_PORTS] = {0};
     size_t n = 0;
-
     for (size_t i = 0; i < sizeof patterns / sizeof *patterns; i++) {
         glob_t files;
-
         if (glob(patterns[i], 0, NULL, &files) != 0)
             continue;
         for (size_t k = 0; k < files.gl_pathc && n < FIND_SONAR_PORTS; k++) {
             char *there = realpath(files.gl_pathv[k], NULL);
             bool known = !there || strlen(files.gl_pathv[k]) >= FIND_SONAR_PATH;
-
             for (size_t j = 0; j < n && !known; j++)
                 known = strcmp(real[j], there) == 0;
             if (known) {
@@ -66,7 +63,6 @@ size_t find_sonar_ports(char path[FIND_SONAR_PORTS][FIND_SONAR_PATH])
 static int64_t now_ms(void)
 {
     struct timespec t;
-
     clock_gettime(CLOCK_MONOTONIC, &t);
     return (int64_t)t.tv_sec * 1000 + t.tv_nsec / 1000000;
 }
@@ -87,7 +83,6 @@ static bool judge_ping(struct search *s, const struct ping_frame *frame)
     const char *text;
     size_t n;
     uint16_t refused;
-
     if (ping360_decode_data(frame, &data))
         return is(s, "ping360", "received its pings");
     if (frame->id == SURVEYOR_ATOF_POINTS)
@@ -115,7 +110,6 @@ static bool judge(struct search *s, const uint8_t *bytes, size_t n)
     struct seanet_frame seanet;
     const uint8_t *p = bytes;
     size_t left = n;
-
     while (ping_parser_next(&s->ping, &p, &left, 0, &frame))
         if (judge_ping(s, &frame))
             return true;
@@ -132,10 +126,8 @@ static bool listen_ms(struct search *s, int ms)
 {
     const int64_t until = now_ms() + ms;
     uint8_t bytes[4096];
-
     for (int64_t left; (left = until - now_ms()) > 0;) {
         struct pollfd fd = {.fd = s->port.fd, .events = POLLIN};
-
         if (poll(&fd, 1, (int)left) <= 0)
             continue;
         const ssize_t n = s->port.ops->read(&s->port, bytes, sizeof bytes);
@@ -154,7 +146,6 @@ static void ask_identity(struct search *s)
     static const uint8_t wanted[] = {PING_DEVICE_INFORMATION, 0};
     uint8_t out[32];
     const size_t n = ping_frame_build(out, sizeof out, PING_GENERAL_REQUEST, 0, wanted, sizeof wanted);
-
     for (int i = 0; i < TRIES; i++)
         if (s->port.ops->write(&s->port, out, n) < 0 || listen_ms(s, ANSWER_MS))
             return;
@@ -164,7 +155,6 @@ static void ask_identity(struct search *s)
 static void autobaud(struct search *s)
 {
     uint8_t out[AUTOBAUD_BYTES];
-
     memset(out, 'U', sizeof out);
     s->port.ops->hold_break(&s->port, true);
     listen_ms(s, BREAK_MS);
@@ -180,7 +170,6 @@ enum method { LISTEN, LISTEN_AND_ASK, WAKE_AND_ASK };
 static bool open_port(struct port *port, const char *rest, struct fault *fault)
 {
     const struct port_ops *ops = port->ops;
-
     if (ops->named && ops->named(rest) && !ops->look_up(rest, &port->far, fault))
         return false;
     if (!ops->open(port, rest, fault) || !port->connecting)
@@ -203,7 +192,6 @@ static bool search(const char *address, enum method method, struct found_sonar *
     static struct search s; /* parsers are large */
     const char *rest;
     bool known = false;
-
     s = (struct search){.port = {.fd = -1}, .found = found};
     s.port.ops = port_find(address, &rest, fault);
     if (!s.port.ops)
@@ -234,7 +222,6 @@ static void raise_rate(const char *path, struct found_sonar *found)
     char serial[FIND_SONAR_PATH + 32];
     struct found_sonar faster = {.device = NULL};
     struct fault fault;
-
     snprintf(serial, sizeof serial, "serial:%.*s:921600", (int)sizeof serial - 16, path);
     if (search(serial, WAKE_AND_ASK, &faster, &fault) && faster.device)
         *found = faster;
@@ -244,7 +231,6 @@ bool find_sonar_on(const char *address, bool ask, struct found_sonar *found, str
 {
     char serial[FIND_SONAR_PATH + 32];
     const bool is_file = address[0] == '/';
-
     *found = (struct found_sonar){.device = NULL};
     snprintf(serial, sizeof serial, is_file ? "serial:%.*s:115200" : "%.*s", (int)sizeof serial - 16, address);
     if (!search(serial, ask ? LISTEN_AND_ASK : LISTEN, found, fault))

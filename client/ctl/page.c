@@ -8,7 +8,6 @@
 double page_number(const json_t *object, const char *key)
 {
     const json_t *value = json_object_get(object, key);
-
     return json_is_number(value) ? json_number_value(value) : NAN;
 }
 
@@ -22,10 +21,8 @@ const char *page_text(char cell[PAGE_CELL], const json_t *object, const char *ke
 {
     const char *s = json_string_value(json_object_get(object, key));
     size_t n = 0;
-
     for (; s && s[n] && n < PAGE_CELL - 1; n++) {
         const unsigned char c = (unsigned char)s[n], before = n ? (unsigned char)s[n - 1] : 0;
-
         cell[n] = c < 0x20 || c == 0x7f || (before == 0xc2 && c < 0xa0) ? '?' : s[n];
     }
     cell[n] = '\0';
@@ -61,7 +58,6 @@ const char *page_utc(char cell[PAGE_CELL], double t_unix)
 {
     const time_t t = t_unix > 0 && t_unix < 1e11 ? (time_t)t_unix : -1;
     struct tm tm;
-
     if (t < 0 || !gmtime_r(&t, &tm))
         return "-";
     strftime(cell, PAGE_CELL, "%Y-%m-%d %H:%M:%S UTC", &tm);
@@ -76,7 +72,6 @@ const char *page_plural(long long n)
 void page_target(const struct page *page, const json_t *result)
 {
     char target[PAGE_CELL];
-
     if (!json_is_string(json_object_get(result, "target")))
         return;
     fprintf(page->out, "  free of  %s; ", page_text(target, result, "target"));
@@ -92,7 +87,6 @@ void page_word(const struct page *page, enum page_colour colour, int width, cons
     static const char *const codes[] = {
         [PAGE_PLAIN] = "", [PAGE_RED] = "\033[31m", [PAGE_GREEN] = "\033[32m", [PAGE_YELLOW] = "\033[33m"};
     const bool coloured = page->colour && colour != PAGE_PLAIN;
-
     fprintf(page->out, "%s%-*s%s", coloured ? codes[colour] : "", width, word, coloured ? "\033[0m" : "");
 }
 

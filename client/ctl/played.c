@@ -63,7 +63,6 @@ static void become_daemon(const struct played *played, const char *capture, cons
 static void show_log(const struct played *played)
 {
     char text[4096];
-
     lseek(played->log, 0, SEEK_SET);
     for (ssize_t n; (n = read(played->log, text, sizeof text)) > 0;)
         fwrite(text, 1, (size_t)n, stderr);
@@ -79,7 +78,6 @@ static bool daemon_failed(const struct played *played, const char *capture, stru
 static void remove_folder(struct played *played)
 {
     char socket[PATH_MAX];
-
     if (!played->folder[0])
         return;
     in_folder(played, "s", socket);
@@ -113,7 +111,6 @@ static bool replay(struct played *played, json_t *params, bool *jumping, struct 
 {
     struct sonard_error error;
     json_t *state = sonard_json_call(played->client, "replay", params, &error);
-
     json_decref(params);
     if (!state)
         return fault_set(fault, "the replay cannot continue: %.200s", error.message);
@@ -128,7 +125,6 @@ static bool make_folder(struct played *played, struct fault *fault)
 {
     const char *temporary = getenv("TMPDIR");
     char socket[PATH_MAX];
-
     snprintf(played->folder, sizeof played->folder, "%s/sonarctl-XXXXXX",
              temporary && strlen(temporary) < 40 ? temporary : "/tmp");
     if (!mkdtemp(played->folder)) {
@@ -160,7 +156,6 @@ bool played_start(struct played *played, const char *capture, const char *conf, 
 {
     sigset_t signals;
     bool jumping;
-
     *played = (struct played){.log = -1};
     leftover_hold(&signals);
     const bool started = make_folder(played, fault) && start_daemon(played, capture, conf, &signals, fault);
@@ -172,7 +167,6 @@ bool played_start(struct played *played, const char *capture, const char *conf, 
 bool played_go(struct played *played, double to_s, struct fault *fault)
 {
     bool jumping;
-
     if (!replay(played, json_pack("{s:f}", "to_s", to_s), &jumping, fault))
         return false;
     while (jumping) {
@@ -186,7 +180,6 @@ bool played_go(struct played *played, double to_s, struct fault *fault)
 json_t *played_ask(struct played *played, const char *method, json_t *params)
 {
     struct sonard_error error;
-
     return sonard_json_call(played->client, method, params, &error);
 }
 

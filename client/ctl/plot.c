@@ -38,7 +38,6 @@ static void print_colour(FILE *out, double v)
     const double x = fmin(fmax(v, 0), 1) * 5;
     const int i = x < 5 ? (int)x : 4;
     int rgb[3];
-
     for (int k = 0; k < 3; k++)
         rgb[k] = (int)lround(stop[i][k] + (x - i) * (stop[i + 1][k] - stop[i][k]));
     fprintf(out, "#%02x%02x%02x", (unsigned)rgb[0], (unsigned)rgb[1], (unsigned)rgb[2]);
@@ -81,7 +80,6 @@ static void annular_sector(FILE *out, double r0, double r1, double lo_deg, doubl
 {
     const bool straight = r1 * (1 - cos((hi_deg - lo_deg) * PI / 360)) < 0.5;
     const int wide = hi_deg - lo_deg > 180;
-
     fprintf(out, "M%d %dL%d %d", tenth_x(r0, lo_deg), tenth_y(r0, lo_deg), tenth_x(r1, lo_deg),
             tenth_y(r1, lo_deg));
     if (straight)
@@ -96,14 +94,12 @@ static void annular_sector(FILE *out, double r0, double r1, double lo_deg, doubl
 static void draw_intensities(FILE *out, const struct polar *polar)
 {
     const double cell = (double)DISC / POLAR_CELLS;
-
     fprintf(out, "<g shape-rendering=\"crispEdges\">\n<path fill=\"");
     print_colour(out, 0);
     fprintf(out, "\" d=\"");
     for (size_t i = 0; i < polar->n_beams; i++) {
         const struct polar_beam *beam = &polar->beam[i];
         const double r1_m = fmin(beam->r1_m, polar->range_m);
-
         if (beam->n_samples > 0 && beam->r0_m < r1_m)
             annular_sector(out, beam->r0_m / polar->range_m * DISC, r1_m / polar->range_m * DISC, beam->lo_deg,
                            beam->hi_deg);
@@ -115,7 +111,6 @@ static void draw_intensities(FILE *out, const struct polar *polar)
         fprintf(out, "\" d=\"");
         for (size_t i = 0; i < polar->n_beams; i++) {
             const struct polar_beam *beam = &polar->beam[i];
-
             for (int c = 0, end; c < POLAR_CELLS; c = end) {
                 end = polar_run_end(beam, c);
                 if (beam->cell[c] == level)
@@ -132,10 +127,8 @@ static void draw_echoes(FILE *out, const struct polar *polar)
     fprintf(out, "<g fill=\"#ffffff\" stroke=\"#b3123f\" stroke-width=\"9\">\n");
     for (size_t i = 0; i < polar->n_beams; i++) {
         const struct polar_beam *beam = &polar->beam[i];
-
         if (beam->echo_m <= polar->range_m) {
             const double r = beam->echo_m / polar->range_m * DISC;
-
             fprintf(out, "<circle cx=\"%d\" cy=\"%d\" r=\"14\"%s/>\n", tenth_x(r, beam->az_deg),
                     tenth_y(r, beam->az_deg), beam->echo_marked ? " stroke=\"#8a93a6\"" : "");
         }
@@ -151,12 +144,10 @@ static const char *state_fill(const char *state)
 static void draw_sectors(FILE *out, const struct polar *polar, const json_t *sectors)
 {
     const json_t *list = json_object_get(sectors, "sectors");
-
     for (size_t i = 0; i < json_array_size(list) && i < SECTORS_MAX; i++) {
         const json_t *sector = json_array_get(list, i);
         const char *state = polar_text(sector, "state", "unknown");
         double az, width = 0, range, gap;
-
         if (!polar_number(sector, "azimuth_deg", -360, 360, &az) ||
             !polar_number(sector, "width_deg", 0.01, 360, &width))
             continue;
@@ -167,7 +158,6 @@ static void draw_sectors(FILE *out, const struct polar *polar, const json_t *sec
         fprintf(out, "\"/>\n");
         if (polar_number(sector, "range_m", 0, polar->range_m, &range)) {
             const double r = range / polar->range_m * DISC;
-
             fprintf(out, "<path fill=\"" NEAREST "\" d=\"");
             annular_sector(out, fmax(r - 8, 0), r + 8, az - width / 2, az + width / 2);
             fprintf(out, "\"/>\n");
@@ -179,7 +169,6 @@ static void draw_sectors(FILE *out, const struct polar *polar, const json_t *sec
 static double ring_step(double range_m)
 {
     const double rough = range_m / 6, power = pow(10, floor(log10(rough))), x = rough / power;
-
     return power * (x <= 1 ? 1 : x <= 2 ? 2 : x <= 5 ? 5 : 10);
 }
 
@@ -193,11 +182,9 @@ static double apart(double a_deg, double b_deg)
 static size_t echoes_at(const struct polar *polar, int x, int y)
 {
     size_t echoes = 0;
-
     for (size_t i = 0; i < polar->n_beams; i++) {
         const struct polar_beam *beam = &polar->beam[i];
         const double r = beam->echo_m / polar->range_m * DISC;
-
         echoes += r <= DISC && abs(tenth_x(r, beam->az_deg) - x) < LABEL_ACROSS &&
                   abs(tenth_y(r, beam->az_deg) - y) < LABEL_UP;
     }
@@ -209,11 +196,9 @@ static int quiet_spoke(const struct polar *polar, double step)
 {
     size_t fewest = SIZE_MAX;
     int best = 60;
-
     for (int k = 0; k < 12; k++) {
         const int az = (60 + 30 * k) % 360;
         size_t echoes = 0;
-
         for (double r = step; r < polar->range_m * 0.96; r += step)
             echoes +=
                 echoes_at(polar, tenth_x(r / polar->range_m * DISC, az), tenth_y(r / polar->range_m * DISC, az));
@@ -229,7 +214,6 @@ static void draw_rings(FILE *out, const struct polar *polar)
 {
     const double step = ring_step(polar->range_m);
     const int spoke_deg = quiet_spoke(polar, step);
-
     fprintf(out, "<g fill=\"none\" stroke=\"#ffffff\" stroke-opacity=\"0.28\" stroke-width=\"7\">\n");
     for (double r = step; r < polar->range_m * 0.96; r += step)
         fprintf(out, "<circle r=\"%.0f\"/>\n", r / polar->range_m * DISC);
@@ -239,7 +223,6 @@ static void draw_rings(FILE *out, const struct polar *polar)
     fprintf(out, "</g>\n<g class=\"range\">\n");
     for (double r = step; r < polar->range_m * 0.96; r += step) {
         const double tenths = r / polar->range_m * DISC;
-
         fprintf(out, "<text x=\"%d\" y=\"%d\">%g m</text>\n", tenth_x(tenths, spoke_deg),
                 tenth_y(tenths, spoke_deg) + 45, r);
     }
@@ -304,10 +287,8 @@ static void draw_title(FILE *out, const struct polar *polar, const json_t *image
     double t_unix;
     char when[64] = "";
     struct tm tm;
-
     if (polar_number(sectors, "t_unix", 0, 1e11, &t_unix) || polar_number(image, "t_unix", 0, 1e11, &t_unix)) {
         const time_t t = (time_t)t_unix;
-
         if (gmtime_r(&t, &tm))
             strftime(when, sizeof when, "%Y-%m-%d %H:%M:%S UTC", &tm);
     }
@@ -345,7 +326,6 @@ static void draw_head(FILE *out)
 bool plot_svg(FILE *out, json_t *image, json_t *sectors, const struct plot_conf *conf)
 {
     struct polar polar;
-
     if (!polar_read(&polar, image, sectors, conf->range_m))
         return false;
     draw_head(out);

@@ -12,7 +12,6 @@ bool polar_number(const json_t *object, const char *key, double lo, double hi, d
 {
     const json_t *value = json_object_get(object, key);
     const double v = json_number_value(value);
-
     if (!json_is_number(value) || !(v >= lo && v <= hi))
         return false;
     *out = v;
@@ -22,14 +21,12 @@ bool polar_number(const json_t *object, const char *key, double lo, double hi, d
 const char *polar_text(const json_t *object, const char *key, const char *absent)
 {
     const char *s = json_string_value(json_object_get(object, key));
-
     return s ? s : absent;
 }
 
 static int by_azimuth(const void *a, const void *b)
 {
     const double x = ((const struct polar_beam *)a)->az_deg, y = ((const struct polar_beam *)b)->az_deg;
-
     return (x > y) - (x < y);
 }
 
@@ -58,7 +55,6 @@ static void set_edges(struct polar_beam *beam, size_t n)
     for (size_t i = 0; i < n; i++) {
         const double before = i ? beam[i - 1].az_deg : beam[n - 1].az_deg - 360.0;
         const double after = i + 1 < n ? beam[i + 1].az_deg : beam[0].az_deg + 360.0;
-
         beam[i].lo_deg = beam[i].az_deg - fmin(beam[i].width_deg, beam[i].az_deg - before) / 2;
         beam[i].hi_deg = beam[i].az_deg + fmin(beam[i].width_deg, after - beam[i].az_deg) / 2;
     }
@@ -68,7 +64,6 @@ static bool read_beams(struct polar *polar, const json_t *image)
 {
     const json_t *rows = json_object_get(image, "rows");
     size_t n = json_array_size(rows) < BEAMS_MAX ? json_array_size(rows) : BEAMS_MAX;
-
     polar->beam = calloc(n + 1, sizeof *polar->beam);
     if (!polar->beam)
         return false;
@@ -84,7 +79,6 @@ static void find_range(struct polar *polar, const json_t *sectors, double range_
 {
     const json_t *list = json_object_get(sectors, "sectors");
     double heard_m = 0, free_m = 0, r = 0;
-
     for (size_t i = 0; i < polar->n_beams; i++)
         if (polar->beam[i].n_samples > 0)
             heard_m = fmax(heard_m, polar->beam[i].r1_m);
@@ -108,10 +102,8 @@ static void resample(struct polar *polar, struct polar_beam *beam)
 {
     const double cell_m = polar->range_m / POLAR_CELLS;
     const double bin_m = (beam->r1_m - beam->r0_m) / (double)beam->n_samples;
-
     for (int c = 0; c < POLAR_CELLS; c++) {
         const double from = (c * cell_m - beam->r0_m) / bin_m, to = ((c + 1) * cell_m - beam->r0_m) / bin_m;
-
         if (!(to > 0 && from < (double)beam->n_samples))
             continue;
 
@@ -119,7 +111,6 @@ static void resample(struct polar *polar, struct polar_beam *beam)
 
         do {
             const int v = hex_digit(beam->samples[2 * i]) * 16 + hex_digit(beam->samples[2 * i + 1]);
-
             if (v > beam->cell[c])
                 beam->cell[c] = (uint8_t)v;
         } while (++i < beam->n_samples && (double)i < to);
@@ -131,7 +122,6 @@ static void find_white(struct polar *polar)
 {
     size_t count[256] = {0}, loud = 0;
     const size_t limit = polar->n_beams * POLAR_CELLS / 250;
-
     for (size_t i = 0; i < polar->n_beams; i++)
         for (int c = 0; c < POLAR_CELLS; c++)
             count[polar->beam[i].cell[c]]++;
@@ -145,7 +135,6 @@ static void find_white(struct polar *polar)
 int polar_run_end(const struct polar_beam *beam, int c)
 {
     const int start = c;
-
     while (c < POLAR_CELLS && beam->cell[c] == beam->cell[start])
         c++;
     return c;
@@ -154,7 +143,6 @@ int polar_run_end(const struct polar_beam *beam, int c)
 static size_t count_runs(const struct polar *polar)
 {
     size_t n = 0;
-
     for (size_t i = 0; i < polar->n_beams; i++)
         for (int c = 0; c < POLAR_CELLS; c = polar_run_end(&polar->beam[i], c))
             n += polar->beam[i].cell[c] > 0;
@@ -167,7 +155,6 @@ static void coarsen(struct polar *polar, int group)
     for (size_t i = 0; i < polar->n_beams; i++) {
         for (int c = 0; c < POLAR_CELLS; c += group) {
             uint8_t *cell = &polar->beam[i].cell[c], most = 0;
-
             for (int k = 0; k < group; k++)
                 most = cell[k] > most ? cell[k] : most;
             memset(cell, most, (size_t)group);
@@ -184,7 +171,6 @@ static void make_levels(struct polar *polar)
     for (size_t i = 0; i < polar->n_beams; i++) {
         for (int c = 0; c < POLAR_CELLS; c++) {
             const int level = (polar->beam[i].cell[c] * POLAR_LEVELS + polar->white / 2) / polar->white;
-
             polar->beam[i].cell[c] = (uint8_t)(level < POLAR_LEVELS ? level : POLAR_LEVELS);
         }
     }

@@ -17,7 +17,6 @@ static void show_blocked(const struct page *page, const json_t *result)
 {
     char a[PAGE_CELL], b[PAGE_CELL];
     const char *state = page_text(a, result, "state");
-
     page_word(page, page_state_colour(state), 0, state);
     if (json_is_number(json_object_get(result, "range_m"))) {
         fprintf(page->out, ": nearest obstacle at %s", page_metres(a, page_number(result, "range_m")));
@@ -43,10 +42,8 @@ static void show_sectors(const struct page *page, const json_t *result)
     const json_t *list = json_object_get(result, "sectors");
     size_t total[3] = {0};
     char a[PAGE_CELL], b[PAGE_CELL], c[PAGE_CELL], d[PAGE_CELL];
-
     const bool north = strcmp(page_text(b, result, "frame"), "ned") == 0;
     const bool no_pose = json_is_null(json_object_get(result, "pose_age_s"));
-
     fprintf(page->out, "%s, azimuth clockwise from %s", page_utc(a, page_number(result, "t_unix")),
             north ? "north" : "forward");
     if (json_is_number(json_object_get(result, "distance_m")))
@@ -59,7 +56,6 @@ static void show_sectors(const struct page *page, const json_t *result)
     for (size_t i = 0; i < json_array_size(list); i++) {
         const json_t *sector = json_array_get(list, i);
         const char *state = page_text(a, sector, "state");
-
         fprintf(page->out, "%7.1f° %*s", page_number(sector, "azimuth_deg"), 1, "");
         page_word(page, page_state_colour(state), 8, state);
         for (int k = 0; k < 3; k++)
@@ -87,7 +83,6 @@ static void show_clusters(const struct page *page, const json_t *result)
     const json_t *list = json_object_get(result, "clusters");
     const size_t n = json_array_size(list);
     char a[PAGE_CELL], b[PAGE_CELL], c[PAGE_CELL], d[PAGE_CELL];
-
     fprintf(page->out, "azimuth clockwise from %s\n",
             strcmp(page_text(a, result, "frame"), "ned") == 0 ? "north" : "forward");
     if (strcmp(page_text(a, result, "pose"), "old") == 0)
@@ -96,7 +91,6 @@ static void show_clusters(const struct page *page, const json_t *result)
             "sure", "last echo", "stable");
     for (size_t i = 0; i < n; i++) {
         const json_t *k = json_array_get(list, i);
-
         fprintf(page->out, "%7.0f %9.1f° %7.1f° %9s %9s %7.0f %5.0f%% %9s %8s%s\n", page_number(k, "label"),
                 page_number(k, "from_deg"), page_number(k, "width_deg"), page_metres(a, page_number(k, "near_m")),
                 page_metres(b, page_number(k, "far_m")), page_number(k, "cells"),
@@ -111,7 +105,6 @@ static void show_clusters(const struct page *page, const json_t *result)
     list = json_object_get(result, "gone");
     for (size_t i = 0; i < json_array_size(list); i++) {
         const json_t *g = json_array_get(list, i);
-
         fprintf(page->out, "%.0f is gone, %s ago, from %.1f°, %s: %s\n", page_number(g, "label"),
                 page_duration(a, page_number(g, "age_s")), page_number(g, "azimuth_deg"),
                 page_metres(b, page_number(g, "range_m")), page_text(c, g, "why"));
@@ -119,7 +112,6 @@ static void show_clusters(const struct page *page, const json_t *result)
     list = json_object_get(result, "walls");
     for (size_t i = 0; i < json_array_size(list); i++) {
         const json_t *w = json_array_get(list, i);
-
         fprintf(page->out, "wall at %.1f°, %s, %s long\n", page_number(w, "normal_deg"),
                 page_metres(a, page_number(w, "distance_m")),
                 page_metres(b, page_number(w, "to_m") - page_number(w, "from_m")));
@@ -127,14 +119,12 @@ static void show_clusters(const struct page *page, const json_t *result)
     list = json_object_get(result, "arcs");
     for (size_t i = 0; i < json_array_size(list); i++) {
         const json_t *arc = json_array_get(list, i), *centre = json_object_get(arc, "centre_m");
-
         fprintf(page->out, "arc of radius %s around %.2f, %.2f m\n", page_metres(a, page_number(arc, "radius_m")),
                 json_number_value(json_array_get(centre, 0)), json_number_value(json_array_get(centre, 1)));
     }
     list = json_object_get(result, "regions");
     for (size_t i = 0; i < json_array_size(list); i++) {
         const json_t *r = json_array_get(list, i);
-
         fprintf(page->out, "constant depth from %.1f°, %.1f° wide, at %s\n", page_number(r, "from_deg"),
                 page_number(r, "width_deg"), page_metres(a, page_number(r, "least_m")));
     }
@@ -144,13 +134,11 @@ static void show_next_look(const struct page *page, const json_t *result)
 {
     const json_t *list = json_object_get(result, "directions");
     char a[PAGE_CELL], b[PAGE_CELL];
-
     fprintf(page->out, "azimuth clockwise from %s\n",
             strcmp(page_text(a, result, "frame"), "ned") == 0 ? "north" : "forward");
     fprintf(page->out, "%9s %10s %6s %9s  %s\n", "azimuth", "elevation", "score", "observed", "why");
     for (size_t i = 0; i < json_array_size(list); i++) {
         const json_t *l = json_array_get(list, i);
-
         fprintf(page->out, "%8.1f° %9.1f° %6.2f %9s  %s\n", page_number(l, "azimuth_deg"),
                 page_number(l, "elevation_deg"), page_number(l, "score"),
                 page_duration(a, page_number(l, "age_s")), page_text(b, l, "why"));
@@ -202,7 +190,6 @@ static void show_bus(const struct page *page, const json_t *bus)
     char a[PAGE_CELL];
     const char *state = page_text(a, bus, "state");
     const long long errors = page_count(bus, "error_frames"), offs = page_count(bus, "bus_offs");
-
     if (!json_is_object(bus) || (strcmp(state, "up") == 0 && errors == 0))
         return;
     fprintf(page->out, "             CAN bus ");
@@ -218,7 +205,6 @@ static void show_evidence(const struct page *page, const json_t *sensor)
     const json_t *detects = json_object_get(sensor, "detects");
     const long long own = page_count(sensor, "own_bearings");
     char a[PAGE_CELL], b[PAGE_CELL];
-
     if (json_is_object(detects)) {
         const bool prior = strcmp(page_text(b, detects, "from"), "prior") == 0;
         const char *target = page_text(a, detects, "target");
@@ -243,7 +229,6 @@ static void show_sensor(const struct page *page, const json_t *sensor)
     char a[PAGE_CELL], b[PAGE_CELL], c[PAGE_CELL];
     const char *state = page_text(a, sensor, "state");
     const long long pings = page_count(sensor, "pings");
-
     fprintf(page->out, "  %-10s ", page_text(b, sensor, "name"));
     page_word(page, strcmp(state, "running") == 0 ? PAGE_GREEN : PAGE_RED, 0, state);
     fprintf(page->out, ", %s at %s\n", page_text(a, sensor, "device"), page_text(b, sensor, "port"));
@@ -278,7 +263,6 @@ static void show_max_age(const struct page *page, const json_t *max_age_s)
 {
     static const char *const parts[] = {"attitude", "position", "depth", "velocity", "altitude"};
     const char *between = "             stale after ";
-
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
         if (isnan(page_number(max_age_s, parts[i])))
             continue;
@@ -294,7 +278,6 @@ static void show_pose(const struct page *page, const json_t *pose)
     const json_t *has = json_object_get(pose, "has");
     const bool drifts = json_string_length(json_object_get(pose, "drift")) > 0;
     char a[PAGE_CELL];
-
     fprintf(page->out, "pose       ");
     for (size_t i = 0; i < json_array_size(has); i++)
         fprintf(page->out, "%s%.20s", i ? ", " : "", json_string_value(json_array_get(has, i)));
@@ -363,7 +346,6 @@ static void show_record(const struct page *page, const json_t *record)
 {
     char a[PAGE_CELL];
     const long long messages = page_count(record, "recording_messages"), errors = page_count(record, "errors");
-
     if (!json_is_object(record)) {
         fprintf(page->out, "recording  off\n");
         return;
@@ -388,7 +370,6 @@ static void show_record(const struct page *page, const json_t *record)
 static void show_texts(const struct page *page, int columns, const char *label, const json_t *texts)
 {
     char cell[PAGE_CELL];
-
     for (size_t i = 0; i < json_array_size(texts); i++) {
         json_t *named = json_pack("{s:O}", "text", json_array_get(texts, i));
         fprintf(page->out, "%-*s %s\n", columns, label, page_text(cell, named, "text"));
@@ -406,7 +387,6 @@ static void show_status(const struct page *page, const json_t *result)
                     errors = page_count(server, "errors");
     char a[PAGE_CELL], b[PAGE_CELL];
     const char *data = page_text(a, result, "data");
-
     page_word(page, PAGE_PLAIN, 11, "data");
     page_word(page, strcmp(data, "ok") == 0 ? PAGE_GREEN : PAGE_RED, 0, data);
     fputc('\n', page->out);
@@ -437,7 +417,6 @@ static void show_status(const struct page *page, const json_t *result)
 static void show_version(const struct page *page, const json_t *result)
 {
     char a[PAGE_CELL];
-
     fprintf(page->out, "sonard %s\n", page_text(a, result, "version"));
 }
 
@@ -463,7 +442,6 @@ static void show_locked(const struct page *page, const json_t *result)
 {
     const long long cells = page_count(result, "cells");
     char a[PAGE_CELL];
-
     fprintf(page->out, "%lld cell%s %s, frame %s\n", cells, page_plural(cells),
             json_is_true(json_object_get(result, "locked")) ? "locked" : "unlocked",
             page_text(a, result, "frame"));
@@ -473,7 +451,6 @@ static void show_reload(const struct page *page, const json_t *result)
 {
     const json_t *applied = json_object_get(result, "applied"),
                  *restart = json_object_get(result, "needs_restart");
-
     if (json_array_size(applied) + json_array_size(restart) == 0)
         fprintf(page->out, "nothing has changed\n");
     show_texts(page, 14, "in force", applied);
@@ -489,7 +466,6 @@ static void show_grid_heading(const struct page *page)
 static void show_grid_line(const struct page *page, const json_t *g)
 {
     char a[PAGE_CELL], b[PAGE_CELL], c[PAGE_CELL], d[PAGE_CELL];
-
     fprintf(page->out, "%-16s %9s %7.2f° %9s %8s %8.0f %6.1f MiB\n", page_text(a, g, "name"),
             page_metres(b, page_number(g, "range_m")), page_number(g, "angular_step_deg"),
             page_metres(c, page_number(g, "layer_m")), page_text(d, g, "sensor_model"), page_number(g, "cells"),
@@ -499,7 +475,6 @@ static void show_grid_line(const struct page *page, const json_t *g)
 static void show_grids(const struct page *page, const json_t *result)
 {
     const json_t *list = json_object_get(result, "grids");
-
     show_grid_heading(page);
     for (size_t i = 0; i < json_array_size(list); i++)
         show_grid_line(page, json_array_get(list, i));

@@ -14,7 +14,6 @@ static const char *because(char cell[PAGE_CELL], const json_t *result)
 static double at(const json_t *object, const char *key, size_t i)
 {
     const json_t *value = json_array_get(json_object_get(object, key), i);
-
     return json_is_number(value) ? json_number_value(value) : NAN;
 }
 
@@ -26,7 +25,6 @@ static void head_line(const struct page *page, const char *state)
 void show_nearest(const struct page *page, const json_t *result)
 {
     char a[PAGE_CELL], b[PAGE_CELL];
-
     head_line(page, page_text(a, result, "state"));
     if (!isnan(page_number(result, "range_m")))
         fprintf(page->out, ": nearest obstacle at %s (sd %s), azimuth %.1f°, elevation %.1f°, confidence %.2f",
@@ -44,7 +42,6 @@ void show_limit(const struct page *page, const json_t *result)
 {
     char a[PAGE_CELL], b[PAGE_CELL];
     const char *by = page_text(a, result, "limited_by");
-
     fprintf(page->out, "%.2f m/s of %.2f asked for, limited by ", page_number(result, "speed_mps"),
             page_number(result, "asked_mps"));
     page_word(page, strcmp(by, "nothing") == 0 ? PAGE_GREEN : page_state_colour(by), 0, by);
@@ -68,10 +65,8 @@ void show_limit(const struct page *page, const json_t *result)
 void show_collision(const struct page *page, const json_t *result)
 {
     char a[PAGE_CELL], b[PAGE_CELL];
-
     const double speed_mps = page_number(result, "speed_mps");
     const double gone_s = page_number(result, "distance_m") / speed_mps - page_number(result, "time_s");
-
     head_line(page, page_text(a, result, "state"));
     if (!isnan(page_number(result, "time_s")))
         fprintf(page->out, ": meets something in %s (sd %s), confidence %.2f",
@@ -94,12 +89,10 @@ void show_sensors(const struct page *page, const json_t *result)
 {
     const json_t *list = json_object_get(result, "sensors");
     char a[PAGE_CELL], b[PAGE_CELL], c[PAGE_CELL];
-
     for (size_t i = 0; i < json_array_size(list); i++) {
         const json_t *s = json_array_get(list, i);
         const bool heard = json_is_true(json_object_get(s, "heard"));
         const long long pings = page_count(s, "pings");
-
         fprintf(page->out, "%s: ", page_text(a, s, "name"));
         page_word(page, heard ? PAGE_GREEN : PAGE_RED, 0, heard ? "online" : "offline");
         fprintf(page->out, ", %s\n", page_text(a, s, "state"));
@@ -121,7 +114,6 @@ static void show_cells(const struct page *page, const json_t *cells)
 {
     const json_t *list = json_object_get(cells, "nearest");
     char a[PAGE_CELL], b[PAGE_CELL], c[PAGE_CELL], d[PAGE_CELL], e[PAGE_CELL];
-
     if (json_array_size(list) == 0)
         return;
     fprintf(page->out, "\ncells of the grid that block there: %lld, the nearest:\n", page_count(cells, "all"));
@@ -129,7 +121,6 @@ static void show_cells(const struct page *page, const json_t *cells)
             "sure", "echoes", "first echo", "last echo", "misses", "this turn", "last ping");
     for (size_t i = 0; i < json_array_size(list); i++) {
         const json_t *k = json_array_get(list, i);
-
         fprintf(page->out, "%8.1f° %9.1f° %9s %5.0f%% %7lld %11s %10s %6lld  %-13s  %s %lld%s\n",
                 page_number(k, "azimuth_deg"), page_number(k, "elevation_deg"),
                 page_metres(a, page_number(k, "near_m")), 100 * page_number(k, "confidence"),
@@ -144,13 +135,11 @@ static void show_gone(const struct page *page, const json_t *gone)
 {
     const json_t *list = json_object_get(gone, "newest");
     char a[PAGE_CELL], b[PAGE_CELL], c[PAGE_CELL];
-
     if (json_array_size(list) == 0)
         return;
     fprintf(page->out, "\ncells that are gone in this turn: %lld, the newest:\n", page_count(gone, "all"));
     for (size_t i = 0; i < json_array_size(list); i++) {
         const json_t *k = json_array_get(list, i);
-
         fprintf(page->out, "%8.1f° %9.1f° %9s, last echo %s ago, missed by %lld beam%s, the last %s %lld\n",
                 page_number(k, "azimuth_deg"), page_number(k, "elevation_deg"),
                 page_metres(a, page_number(k, "range_m")), page_duration(b, page_number(k, "last_echo_age_s")),
@@ -162,7 +151,6 @@ static void show_gone(const struct page *page, const json_t *gone)
 static void show_free_interval(const struct page *page, const char *which, const json_t *interval)
 {
     char a[PAGE_CELL], b[PAGE_CELL], c[PAGE_CELL];
-
     if (!json_is_object(interval))
         return;
     fprintf(page->out, "  %-9s azimuth %.1f°, elevation %.1f°: free from %s to %s, %s ago\n", which,
@@ -177,7 +165,6 @@ static void show_water(const struct page *page, const json_t *water)
     const double from_m = page_number(water, "free_from_m"), to_m = page_number(water, "free_to_m");
     const long long records = page_count(water, "records");
     char a[PAGE_CELL], b[PAGE_CELL], c[PAGE_CELL];
-
     if (!json_is_object(water))
         return;
     if (to_m > from_m)
@@ -196,7 +183,6 @@ static void show_uncertain(const struct page *page, const json_t *uncertain)
 {
     const double moved_m = page_number(uncertain, "moved_m"), turned_deg = page_number(uncertain, "turned_deg");
     char a[PAGE_CELL];
-
     if (moved_m >= MOVED_LEAST_M || turned_deg >= TURNED_LEAST_DEG)
         fprintf(page->out, "uncertain pose: all counts nearer and wider by %s and %.0f°\n",
                 page_metres(a, moved_m), turned_deg);
@@ -206,7 +192,6 @@ static void show_pings(const struct page *page, const json_t *pings)
 {
     const json_t *list = json_object_get(pings, "newest");
     char a[PAGE_CELL], b[PAGE_CELL], c[PAGE_CELL], d[PAGE_CELL], e[PAGE_CELL];
-
     fprintf(page->out,
             "\nof the pings of the last %s, %lld had an echo there, %lld found free space, %lld nothing usable",
             page_duration(a, page_number(pings, "back_to_s")), page_count(pings, "echo"),
@@ -222,7 +207,6 @@ static void show_pings(const struct page *page, const json_t *pings)
         const json_t *p = json_array_get(list, i);
         const double bin = page_number(p, "bin"), sure = page_number(p, "confidence");
         char bins[16] = "-", sures[16] = "-";
-
         if (!isnan(bin))
             snprintf(bins, sizeof bins, "%.0f", bin);
         if (!isnan(sure))
@@ -238,7 +222,6 @@ void show_explain(const struct page *page, const json_t *result)
 {
     const json_t *answer = json_object_get(result, "answer"), *directions = json_object_get(result, "directions");
     char a[PAGE_CELL];
-
     head_line(page, page_text(a, answer, "state"));
     if (!isnan(page_number(answer, "range_m")))
         fprintf(page->out, " at %s", page_metres(a, page_number(answer, "range_m")));
@@ -259,7 +242,6 @@ void show_explain(const struct page *page, const json_t *result)
 static const char *kib(char cell[PAGE_CELL], const json_t *object)
 {
     const double v = page_number(object, "bytes");
-
     if (isnan(v))
         return "-";
     snprintf(cell, PAGE_CELL, "%.1f", v / 1024);
@@ -270,12 +252,10 @@ void show_plan(const struct page *page, const json_t *result)
 {
     const json_t *stages = json_object_get(result, "stages");
     char name[PAGE_CELL], of[PAGE_CELL], proof[PAGE_CELL], why[PAGE_CELL], bytes[PAGE_CELL];
-
     fprintf(page->out, "%-11s %-12s %-4s %9s  %-9s  %s\n", "stage", "of", "plan", "KiB", "proof", "why");
     for (size_t i = 0; i < json_array_size(stages); i++) {
         const json_t *s = json_array_get(stages, i);
         const bool in = json_is_true(json_object_get(s, "in"));
-
         fprintf(page->out, "%-11s %-12s ", page_text(name, s, "name"), page_text(of, s, "of"));
         page_word(page, in ? PAGE_GREEN : PAGE_PLAIN, 4, in ? "in" : "out");
         fprintf(page->out, " %9s  %-9s  %s\n", kib(bytes, s), page_text(proof, s, "proof"),

@@ -16,7 +16,6 @@
 static double number(const json_t *object, const char *key)
 {
     const json_t *value = json_object_get(object, key);
-
     return json_is_number(value) ? json_number_value(value) : NAN;
 }
 
@@ -24,7 +23,6 @@ static double number(const json_t *object, const char *key)
 static void print_text(FILE *out, const json_t *object, const char *key)
 {
     const char *s = json_string_value(json_object_get(object, key));
-
     for (; s && *s; s++)
         fputc((unsigned char)*s < 0x20 || (unsigned char)*s >= 0x7f ? '?' : *s, out);
 }
@@ -39,7 +37,6 @@ void show_map_place(FILE *out, const json_t *result, bool colour)
                        : strcmp(state, "free") == 0     ? "\033[32m"
                        : strcmp(state, "occupied") == 0 ? "\033[31m"
                                                         : "\033[33m";
-
     fputs(colour ? code : "", out);
     print_text(out, result, "state");
     fputs(colour ? "\033[0m\n" : "\n", out);
@@ -64,7 +61,6 @@ void show_map_place(FILE *out, const json_t *result, bool colour)
 static void show_count(FILE *out, const json_t *result, const char *key, const char *what, bool loss)
 {
     const json_int_t n = json_integer_value(json_object_get(result, key));
-
     if (json_is_integer(json_object_get(result, key)) && (n > 0 || !loss))
         fprintf(out, "%-12s %lld %s\n", loss ? "unknown" : "", (long long)n, what);
 }
@@ -72,7 +68,6 @@ static void show_count(FILE *out, const json_t *result, const char *key, const c
 static void show_job(FILE *out, const json_t *result, const char *key)
 {
     const json_t *job = json_object_get(result, key);
-
     if (!json_is_object(job))
         return;
     fprintf(out, "%-12s ", key);
@@ -125,7 +120,6 @@ struct slice {
 static bool slice_of(const json_t *result, struct slice *s)
 {
     const json_t *vehicle = json_object_get(result, "vehicle_m");
-
     *s = (struct slice){.rows = json_object_get(result, "rows"),
                         .north_m = number(result, "north_m"),
                         .east_m = number(result, "east_m"),
@@ -144,7 +138,6 @@ static bool slice_of(const json_t *result, struct slice *s)
 static char cell_of(const struct slice *s, size_t row, size_t column)
 {
     const json_t *line = json_array_get(s->rows, row);
-
     return column < json_string_length(line) ? json_string_value(line)[column] : ' ';
 }
 
@@ -162,7 +155,6 @@ static double column_of(const struct slice *s, double east_m)
 void show_map_draw(FILE *out, const json_t *result)
 {
     struct slice s;
-
     if (!slice_of(result, &s)) {
         fputs("nothing to draw\n", out);
         return;
@@ -172,7 +164,6 @@ void show_map_draw(FILE *out, const json_t *result)
     for (size_t i = 0; i < s.n_rows; i++) {
         for (size_t j = 0; j < s.n_columns; j++) {
             const char c = (double)i == row && (double)j == column ? '@' : cell_of(&s, i, j);
-
             fputc(c, out); /* twice: a character is about twice as high as wide */
             fputc(c, out);
         }
@@ -193,7 +184,6 @@ static void svg_cells(FILE *out, const struct slice *s, double pixels)
     for (size_t i = 0; i < s->n_rows; i++)
         for (size_t j = 0, n; j < s->n_columns; j += n) {
             const char c = cell_of(s, i, j);
-
             for (n = 1; j + n < s->n_columns && cell_of(s, i, j + n) == c; n++) {
             }
             if (colour_of(c))
@@ -207,7 +197,6 @@ static double nice_spacing(double extent_m)
 {
     double spacing = 1e-3;
     static const double factor[] = {2, 2.5, 2};
-
     for (int i = 0; extent_m / spacing > GRID_LINES && i < 60; i++)
         spacing *= factor[i % 3];
     return spacing;
@@ -220,16 +209,13 @@ static void svg_grid(FILE *out, const struct slice *s, double pixels)
     const double south_m = s->north_m - ((double)s->n_rows - 0.5) * s->step_m;
     const double west_m = s->east_m - 0.5 * s->step_m;
     double m;
-
     for (m = ceil(west_m / spacing) * spacing; column_of(s, m) < (double)s->n_columns - 0.5; m += spacing) {
         const double x = MARGIN + (column_of(s, m) + 0.5) * pixels;
-
         fprintf(out, "<path d=\"M%.2f %.2fv%.2f\"/><text x=\"%.2f\" y=\"%.2f\" text-anchor=\"middle\">%g</text>\n",
                 x, MARGIN, height, x, MARGIN + height + 16, m);
     }
     for (m = ceil(south_m / spacing) * spacing; row_of(s, m) > -0.5; m += spacing) {
         const double y = MARGIN + (row_of(s, m) + 0.5) * pixels;
-
         fprintf(out, "<path d=\"M%.2f %.2fh%.2f\"/><text x=\"%.2f\" y=\"%.2f\" text-anchor=\"end\">%g</text>\n",
                 MARGIN, y, width, MARGIN - 5, y + 4, m);
     }
@@ -239,7 +225,6 @@ static void svg_vehicle(FILE *out, const struct slice *s, double pixels)
 {
     const double x = MARGIN + (column_of(s, s->vehicle_m[1]) + 0.5) * pixels;
     const double y = MARGIN + (row_of(s, s->vehicle_m[0]) + 0.5) * pixels;
-
     if (!(x >= MARGIN && y >= MARGIN && x <= 2 * SVG_SIDE && y <= 2 * SVG_SIDE))
         return;
     if (isnan(s->heading_deg))
@@ -277,7 +262,6 @@ bool show_map_svg(FILE *out, const json_t *result)
     const double longer = any ? (double)(s.n_rows > s.n_columns ? s.n_rows : s.n_columns) : 1;
     const double pixels = (SVG_SIDE - 2 * MARGIN) / longer;
     const double width = any ? (double)s.n_columns * pixels : 300, height = any ? (double)s.n_rows * pixels : 60;
-
     fprintf(out,
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%.0f\" height=\"%.0f\" font-family=\"sans-serif\" "
             "font-size=\"12\">\n<rect width=\"100%%\" height=\"100%%\" fill=\"#fff\"/>\n",

@@ -52,10 +52,8 @@ static void put_histogram(FILE *out, const char *name, const json_t *sample)
 {
     json_t *labels = json_object_get(sample, "labels"), *buckets = json_object_get(sample, "buckets");
     char le[32];
-
     for (size_t i = 0; i < json_array_size(buckets); i++) {
         const json_t *bucket = json_array_get(buckets, i);
-
         snprintf(le, sizeof le, "%.9g", json_number_value(json_array_get(bucket, 0)));
         put_name(out, name, "_bucket", labels, le);
         fprintf(out, "%.15g\n", json_number_value(json_array_get(bucket, 1)));
@@ -71,17 +69,14 @@ static void put_histogram(FILE *out, const char *name, const json_t *sample)
 void show_stats_prometheus(FILE *out, const json_t *result)
 {
     const json_t *metrics = json_object_get(result, "metrics");
-
     for (size_t i = 0; i < json_array_size(metrics); i++) {
         const json_t *metric = json_array_get(metrics, i), *samples = json_object_get(metric, "samples");
         const char *name = text(metric, "name"), *type = text(metric, "type");
-
         fprintf(out, "# HELP %s ", name);
         put_escaped(out, text(metric, "help"));
         fprintf(out, "\n# TYPE %s %s\n", name, type);
         for (size_t k = 0; k < json_array_size(samples); k++) {
             const json_t *sample = json_array_get(samples, k);
-
             if (strcmp(type, "histogram") == 0) {
                 put_histogram(out, name, sample);
             } else {
@@ -95,14 +90,11 @@ void show_stats_prometheus(FILE *out, const json_t *result)
 void show_stats(FILE *out, const json_t *result)
 {
     const json_t *metrics = json_object_get(result, "metrics");
-
     for (size_t i = 0; i < json_array_size(metrics); i++) {
         const json_t *metric = json_array_get(metrics, i), *samples = json_object_get(metric, "samples");
         const char *name = text(metric, "name"), *help = text(metric, "help");
-
         for (size_t k = 0; k < json_array_size(samples); k++) {
             const json_t *sample = json_array_get(samples, k), *buckets = json_object_get(sample, "buckets");
-
             if (number(sample, buckets ? "count" : "value") == 0)
                 continue;
             put_name(out, name, "", json_object_get(sample, "labels"), NULL);

@@ -60,7 +60,6 @@ static void take_common(struct context *context)
     json_t *options = context->arguments.options;
     const char *socket = json_string_value(json_object_get(options, "socket")), *set = getenv("SONARD_SOCKET");
     const json_t *timeout = json_object_get(options, "timeout");
-
     snprintf(context->socket, sizeof context->socket, "%s",
              socket        ? socket
              : set && *set ? set
@@ -79,7 +78,6 @@ static int run_command(const struct command *command, int argc, char **argv, int
     struct arguments *arguments = &context.arguments;
     struct fault fault;
     int status;
-
     if (!arguments_parse(arguments, argc, argv, at, &tables, &fault)) {
         status = command_usage(command->name, fault.text);
     } else if (json_object_get(arguments->options, "help")) {
@@ -101,7 +99,6 @@ static void unknown_command(const char *name, char *message, size_t size)
 {
     size_t best = WORD_FAR;
     const char *meant = NULL;
-
     if (word_is_nearest(name, "capture", &best))
         meant = "capture";
     if (word_is_nearest(name, "help", &best))
@@ -117,7 +114,6 @@ static bool help_about(const char *name)
 {
     char *capture[] = {(char[]){"capture"}, (char[]){"--help"}, NULL};
     const struct command *command = name ? command_find(command_table, name) : NULL;
-
     if (name && strcmp(name, "capture") == 0)
         capture_main(2, capture);
     else if (command || !name || strcmp(name, "help") == 0 || arguments_is_option(name))
@@ -136,7 +132,6 @@ int main(int argc, char **argv)
     struct arguments options = {0};
     struct fault fault;
     char message[128] = "a command is missing";
-
     if (command)
         return run_command(command, argc, argv, at);
     if (name && strcmp(name, "capture") == 0)

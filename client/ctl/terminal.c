@@ -15,7 +15,6 @@ static void write_all(const char *text, size_t n)
 {
     while (n > 0) {
         const ssize_t k = write(STDOUT_FILENO, text, n);
-
         if (k <= 0)
             return; /* the terminal is gone */
         text += k;
@@ -27,14 +26,12 @@ static int from_environment(const char *name, int absent)
 {
     const char *set = getenv(name);
     const int n = set ? atoi(set) : 0;
-
     return n > 0 ? n : absent;
 }
 
 void terminal_size(int *columns, int *rows)
 {
     struct winsize size = {0};
-
     if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) < 0 || size.ws_col == 0 || size.ws_row == 0) {
         *columns = from_environment("COLUMNS", 80);
         *rows = from_environment("LINES", 24);
@@ -49,7 +46,6 @@ static sigset_t all_signals(void)
 {
     static const int numbers[] = {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGTSTP, SIGWINCH, SIGPIPE};
     sigset_t set;
-
     sigemptyset(&set);
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
         sigaddset(&set, numbers[i]);
@@ -59,7 +55,6 @@ static sigset_t all_signals(void)
 static bool take_screen(const struct terminal *terminal)
 {
     struct termios mine = terminal->before;
-
     mine.c_lflag &= ~(tcflag_t)(ICANON | ECHO);
     mine.c_cc[VMIN] = 0;
     mine.c_cc[VTIME] = 0;
@@ -78,7 +73,6 @@ static void give_screen_back(const struct terminal *terminal)
 bool terminal_enter(struct terminal *terminal)
 {
     const sigset_t set = all_signals();
-
     if (tcgetattr(STDOUT_FILENO, &terminal->before) < 0 || tcgetattr(STDIN_FILENO, &terminal->before) < 0)
         return false;
     terminal->signals = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
@@ -95,7 +89,6 @@ enum terminal_event terminal_signal(struct terminal *terminal)
 {
     enum terminal_event event = TERMINAL_NOTHING;
     struct signalfd_siginfo info;
-
     while (read(terminal->signals, &info, sizeof info) == sizeof info) {
         if (info.ssi_signo != SIGWINCH && info.ssi_signo != SIGTSTP)
             return TERMINAL_END;
@@ -113,7 +106,6 @@ enum terminal_event terminal_signal(struct terminal *terminal)
 void terminal_leave(struct terminal *terminal)
 {
     const sigset_t set = all_signals();
-
     give_screen_back(terminal);
     close(terminal->signals);
     sigprocmask(SIG_UNBLOCK, &set, NULL);

@@ -30,11 +30,9 @@ static enum severity severity_of(const char *state)
 static void read_ring(struct ring *ring, const json_t *result)
 {
     const json_t *list = json_object_get(result, "sectors");
-
     ring->n = (int)(json_array_size(list) <= SECTORS_MAX ? json_array_size(list) : 0);
     for (int i = 0; i < ring->n; i++) {
         const json_t *sector = json_array_get(list, (size_t)i);
-
         ring->sector[i].severity = severity_of(json_string_value(json_object_get(sector, "state")));
         ring->sector[i].range_m = json_number_value(json_object_get(sector, "range_m"));
         ring->sector[i].wall_m = ring->sector[i].range_m > 0 ? ring->sector[i].range_m : INFINITY;
@@ -46,7 +44,6 @@ static void read_ring(struct ring *ring, const json_t *result)
 static int sector_at(const struct ring *ring, double azimuth_deg)
 {
     const int k = (int)floor(azimuth_deg / 360.0 * ring->n + 0.5);
-
     return ((k % ring->n) + ring->n) % ring->n;
 }
 
@@ -56,7 +53,6 @@ static int sector_at(const struct ring *ring, double azimuth_deg)
 static const char *mark_of(const struct ring *ring, enum severity severity, double range_m)
 {
     static const char *const digit[] = {"0", "1", "2", "3", "4", "5", "6", "7", "8", "9"};
-
     if (severity != BLOCKED || ring->n == 0)
         return severity == CLEAR ? "c" : "?";
     return range_m >= 0 && range_m < DIGIT_MOST_M ? digit[(int)range_m] : "+";
@@ -70,7 +66,6 @@ static void draw_letters(struct canvas *canvas, const struct ring *ring, int col
     unsigned char put[CANVAS_ROWS_MAX][CANVAS_COLUMNS_MAX];
     double nearest_m[CANVAS_ROWS_MAX][CANVAS_COLUMNS_MAX];
     const double radius = (rows - 1) / 2.0;
-
     memset(put, 0, sizeof put);
     for (double az = 0; az < 360; az += LETTERS_DEG) {
         const int k = ring->n ? sector_at(ring, az) : 0;
@@ -78,7 +73,6 @@ static void draw_letters(struct canvas *canvas, const struct ring *ring, int col
         const double range_m = ring->n ? ring->sector[k].range_m : 0;
         const int x = column + (int)lround(2 * radius * (1 + sin(az * RAD_PER_DEG)));
         const int y = row + (int)lround(radius * (1 - cos(az * RAD_PER_DEG)));
-
         if (y < 0 || y >= canvas->rows || x < 0 || x >= canvas->columns || put[y][x] > severity ||
             (put[y][x] == severity && nearest_m[y][x] <= range_m))
             continue;
@@ -95,13 +89,11 @@ static void draw_plan(struct canvas *canvas, const struct ring *ring, double ran
     const int cx = column * CANVAS_DOTS_X + (rows - 1) * CANVAS_DOTS_X + 1;
     const int cy = row * CANVAS_DOTS_Y + rows * CANVAS_DOTS_Y / 2;
     const double m_per_dot = range_m / radius;
-
     for (int y = -radius; y <= radius; y++) {
         for (int x = -radius; x <= radius; x++) {
             const double r_dots = hypot(x, y);
             const int k = sector_at(ring, atan2(x, -y) / RAD_PER_DEG);
             const double wall_m = ring->sector[k].wall_m;
-
             if (r_dots > radius)
                 continue;
             if (fabs(r_dots - wall_m / m_per_dot) <= WALL_HALF_DOTS)
@@ -117,7 +109,6 @@ void top_ring_draw(struct canvas *canvas, const json_t *sectors, double range_m,
 {
     struct ring ring;
     const int middle = column + rows - 1;
-
     read_ring(&ring, sectors);
     draw_letters(canvas, &ring, column, row, rows);
     if (ring.n > 0 && range_m > 0 && rows > 4)

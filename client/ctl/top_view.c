@@ -24,14 +24,12 @@ struct panel {
 static double number(const json_t *object, const char *key)
 {
     const json_t *value = json_object_get(object, key);
-
     return json_is_number(value) ? json_number_value(value) : NAN;
 }
 
 static const char *text(const json_t *object, const char *key)
 {
     const char *s = json_string_value(json_object_get(object, key));
-
     return s ? s : "-";
 }
 
@@ -59,7 +57,6 @@ __attribute__((format(printf, 3, 4))) static void put(struct panel *panel, enum 
 {
     char line[512];
     va_list args;
-
     va_start(args, fmt);
     vsnprintf(line, sizeof line, fmt, args);
     va_end(args);
@@ -79,13 +76,11 @@ void top_rates_take(struct top_rates *rates, const json_t *status)
     const json_t *sensors = json_object_get(status, "sensors");
     const double t_unix = number(status, "t_unix"), dt_s = rates->t_unix > 0 ? t_unix - rates->t_unix : 0;
     const double requests = number(json_object_get(status, "server"), "requests");
-
     if (dt_s == 0 && rates->known) /* the clock stands: a replay at its end */
         return;
     for (size_t i = 0; i < json_array_size(sensors) && i < TOP_SENSORS_MAX; i++) {
         const json_t *sensor = json_array_get(sensors, i);
         const double pings = number(sensor, "pings");
-
         if (strncmp(rates->sensor[i].name, text(sensor, "name"), sizeof rates->sensor[i].name - 1) == 0)
             rates->sensor[i].pings_ps = rate(pings, rates->sensor[i].pings, dt_s);
         else
@@ -106,7 +101,6 @@ __attribute__((format(printf, 2, 3))) static void warn(struct panel *panel, cons
     const int width = panel->canvas->columns - panel->column - 2; /* of a line; a warning has two */
     char line[256];
     va_list args;
-
     if (width <= 0 || panel->warnings++ >= WARNINGS_MAX)
         return;
     va_start(args, fmt);
@@ -121,7 +115,6 @@ static void warn_of_sensors(struct panel *panel, const json_t *sensors)
 {
     for (size_t i = 0; i < json_array_size(sensors); i++) {
         const json_t *sensor = json_array_get(sensors, i);
-
         if (strcmp(text(sensor, "state"), "running") != 0)
             warn(panel, "%.20s: %.40s", text(sensor, "name"), text(sensor, "state"));
         if (json_string_length(json_object_get(sensor, "port_error")) > 0)
@@ -144,7 +137,6 @@ static void draw_warnings(struct panel *panel, const json_t *status)
     const double lost = number(json_object_get(status, "grid"), "cells_lost");
     const json_t *pose = json_object_get(status, "pose");
     const double pose_age_s = number(pose, "age_s");
-
     if (strcmp(text(leak, "state"), "wet") == 0)
         warn(panel, "LEAK: the probe is wet");
     warn_of_sensors(panel, json_object_get(status, "sensors"));
@@ -174,12 +166,10 @@ static void draw_sectors_sum(struct panel *panel, const json_t *sectors)
     const json_t *list = json_object_get(sectors, "sectors");
     int blocked = 0, clear = 0, unknown = 0;
     double nearest_m = INFINITY, azimuth_deg = 0;
-
     for (size_t i = 0; i < json_array_size(list); i++) {
         const json_t *sector = json_array_get(list, i);
         const char *state = text(sector, "state");
         const double range_m = number(sector, "range_m");
-
         blocked += strcmp(state, "blocked") == 0;
         clear += strcmp(state, "clear") == 0;
         unknown += strcmp(state, "blocked") != 0 && strcmp(state, "clear") != 0;
@@ -200,7 +190,6 @@ static void draw_sensor(struct panel *panel, const json_t *sensor, double pings_
     const bool good = strcmp(text(sensor, "state"), "running") == 0;
     const double faults = number(sensor, "bad_checksum"), timeouts = number(sensor, "timeouts");
     char a[16], b[16], c[16];
-
     put(panel, good ? CANVAS_GREEN : CANVAS_RED, "%.12s  %.20s  %.16s", text(sensor, "name"),
         text(sensor, "state"), text(sensor, "device"));
     put(panel, CANVAS_PLAIN, "  %s  %s  last %s", short_number(a, number(sensor, "range_m"), "m"),
@@ -216,10 +205,8 @@ static void draw_pose(struct panel *panel, const json_t *pose)
     char a[16], line[64];
     int n = snprintf(line, sizeof line, "pose     %s",
                      json_array_size(has) ? short_number(a, number(pose, "age_s"), "s") : "none given");
-
     for (size_t i = 0; i < json_array_size(has); i++) {
         const char *part = json_string_value(json_array_get(has, i));
-
         if (n + 1 + (int)strnlen(part ? part : "?", 12) > width || n > 50) {
             put(panel, CANVAS_PLAIN, "%s", line);
             n = snprintf(line, sizeof line, "        ");
@@ -246,11 +233,9 @@ static void draw_stage(struct panel *panel, const json_t *sample, int n)
     char line[STAGE_COLUMNS + 4 * TIME_COLUMNS];
     int used = snprintf(line, sizeof line, "%-*.*s", STAGE_COLUMNS, STAGE_COLUMNS,
                         text(json_object_get(sample, "labels"), "stage"));
-
     for (int i = 0; i < n; i++) {
         const double us = number(sample, latencies[i].key);
         char value[TIME_COLUMNS] = "> 10 s";
-
         if (!(us >= 1e7))
             snprintf(value, sizeof value, "%.0f", us);
         used += snprintf(line + used, sizeof line - (size_t)used, "%*s", TIME_COLUMNS, value);
@@ -264,10 +249,8 @@ static void draw_latencies(struct panel *panel, const json_t *stats)
     const json_t *metrics = json_object_get(stats, "metrics");
     const int room = (panel->canvas->columns - panel->column - STAGE_COLUMNS) / TIME_COLUMNS;
     const int n = room < 1 ? 1 : room < 3 ? room : 3;
-
     for (size_t i = 0; i < json_array_size(metrics); i++) {
         const json_t *metric = json_array_get(metrics, i), *samples = json_object_get(metric, "samples");
-
         if (strcmp(text(metric, "name"), "sonard_latency_seconds") != 0)
             continue;
         put(panel, CANVAS_DIM, "%-*s%*s%*s%*s", STAGE_COLUMNS, "microseconds", TIME_COLUMNS, latencies[0].title,
@@ -275,7 +258,6 @@ static void draw_latencies(struct panel *panel, const json_t *stats)
             n > 2 ? latencies[2].title : "");
         for (size_t k = 0; k < json_array_size(samples); k++) {
             const json_t *sample = json_array_get(samples, k);
-
             if (number(sample, "count") > 0)
                 draw_stage(panel, sample, n);
         }
@@ -287,7 +269,6 @@ static void draw_panel(struct panel *panel, const struct top_frame *frame)
     const json_t *status = frame->status, *sensors = json_object_get(status, "sensors");
     const json_t *server = json_object_get(status, "server"), *record = json_object_get(status, "record");
     char a[16];
-
     draw_warnings(panel, status);
     draw_sectors_sum(panel, frame->sectors);
     for (size_t i = 0; i < json_array_size(sensors) && i < TOP_SENSORS_MAX; i++)
@@ -311,7 +292,6 @@ double top_view_range(const struct top_frame *frame)
 {
     const json_t *sensors = json_object_get(frame->status, "sensors");
     double range_m = frame->range_m;
-
     for (size_t i = 0; frame->range_m <= 0 && i < json_array_size(sensors); i++)
         range_m = fmax(range_m, number(json_array_get(sensors, i), "range_m"));
     return range_m;
@@ -325,7 +305,6 @@ static void draw_head(struct canvas *canvas, const struct top_frame *frame)
     char line[512], clock[32] = "";
     struct tm tm;
     int column;
-
     if (seconds > 0 && gmtime_r(&seconds, &tm))
         strftime(clock, sizeof clock, "%Y-%m-%d %H:%M:%S UTC", &tm);
     snprintf(line, sizeof line, "sonard %.20s  %.30s  %s", text(frame->status, "version"),
@@ -349,7 +328,6 @@ static void draw_foot(struct canvas *canvas, const struct top_frame *frame)
     const int row = canvas->rows - 1;
     char line[160], a[16];
     int column;
-
     snprintf(line, sizeof line, "up is %s, edge %s  ", north ? "north" : "forward",
              short_number(a, range_m > 0 ? range_m : NAN, "m"));
     column = canvas_text(canvas, 0, row, canvas->columns, CANVAS_PLAIN, line);
@@ -365,7 +343,6 @@ void top_view_draw(struct canvas *canvas, const struct top_frame *frame)
     const int high = canvas->rows - RING_TOP - 1, beside = (canvas->columns - PANEL_MIN) / 2;
     const int rows = high < beside ? high : beside;
     struct panel panel = {.canvas = canvas, .row = RING_TOP};
-
     draw_head(canvas, frame);
     if (rows >= 5) {
         top_ring_draw(canvas, frame->sectors, top_view_range(frame), 0, RING_TOP, rows);

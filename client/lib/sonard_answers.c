@@ -20,21 +20,18 @@ static json_t *parse(const char *json)
 static double number(const json_t *object, const char *key)
 {
     const json_t *value = json_object_get(object, key);
-
     return json_is_number(value) ? json_number_value(value) : NAN;
 }
 
 static void copy_reason(char reason[SONARD_REASON_SIZE], const json_t *object)
 {
     const char *text = json_string_value(json_object_get(object, "reason"));
-
     snprintf(reason, SONARD_REASON_SIZE, "%s", text ? text : "");
 }
 
 static void copy_target(struct sonard_target *target, const json_t *object)
 {
     const char *text = json_string_value(json_object_get(object, "target"));
-
     snprintf(target->name, sizeof target->name, "%s", text ? text : "");
     target->bottom_db = number(object, "bottom_db");
 }
@@ -42,7 +39,6 @@ static void copy_target(struct sonard_target *target, const json_t *object)
 static bool read_state(const json_t *object, const char *key, const char *clear, enum sonard_state *state)
 {
     const char *text = json_string_value(json_object_get(object, key));
-
     *state = SONARD_UNKNOWN;
     if (text && strcmp(text, "blocked") == 0)
         *state = SONARD_BLOCKED;
@@ -54,7 +50,6 @@ static bool read_state(const json_t *object, const char *key, const char *clear,
 static bool read_frame(const json_t *object, enum sonard_frame *frame)
 {
     const char *text = json_string_value(json_object_get(object, "frame"));
-
     *frame = text && strcmp(text, "ned") == 0 ? SONARD_NED : SONARD_BODY;
     return text && (*frame == SONARD_NED || strcmp(text, "body") == 0);
 }
@@ -68,7 +63,6 @@ static bool read_blocked(const json_t *result, struct sonard_blocked *out)
                                   .blind_to_m = number(result, "blind_to_m"),
                                   .age_s = number(result, "age_s")};
     const bool good = read_state(result, "state", "clear", &read.state);
-
     copy_reason(read.reason, result);
     copy_target(&read.target, result);
     *out = good ? read : (struct sonard_blocked){0};
@@ -79,7 +73,6 @@ bool sonard_read_blocked(const char *json, struct sonard_blocked *out)
 {
     json_t *result = parse(json);
     const bool good = read_blocked(result, out);
-
     json_decref(result);
     return good;
 }
@@ -100,7 +93,6 @@ static bool read_sectors(const json_t *result, struct sonard_sectors *out)
     const json_t *list = json_object_get(result, "sectors");
     const size_t n = json_array_size(list);
     bool good = n > 0 && n <= SONARD_SECTORS_MAX && read_frame(result, &out->frame);
-
     out->t_unix = number(result, "t_unix");
     out->pose_age_s = number(result, "pose_age_s");
     out->near_m = number(result, "near_m");
@@ -118,7 +110,6 @@ bool sonard_read_sectors(const char *json, struct sonard_sectors *out)
 {
     json_t *result = parse(json);
     const bool good = read_sectors(result, out);
-
     json_decref(result);
     return good;
 }
@@ -133,10 +124,8 @@ static bool read_limit(const json_t *result, struct sonard_limit *out)
                                 .age_s = number(result, "age_s")};
     bool good = read_state(result, "limited_by", "nothing", &read.limited_by) && json_array_size(velocity) == 3 &&
                 !isnan(read.speed_mps);
-
     for (size_t i = 0; good && i < 3; i++) {
         const json_t *part = json_array_get(velocity, i);
-
         good = json_is_number(part);
         read.velocity_mps[i] = json_number_value(part);
     }
@@ -150,7 +139,6 @@ bool sonard_read_limit(const char *json, struct sonard_limit *out)
 {
     json_t *result = parse(json);
     const bool good = read_limit(result, out);
-
     json_decref(result);
     return good;
 }
@@ -164,7 +152,6 @@ static bool read_collision(const json_t *result, struct sonard_collision *out)
                                     .unknown_after_s = number(result, "unknown_after_s"),
                                     .age_s = number(result, "age_s")};
     const bool good = read_state(result, "state", "clear", &read.state);
-
     copy_reason(read.reason, result);
     copy_target(&read.target, result);
     *out = good ? read : (struct sonard_collision){0};
@@ -175,7 +162,6 @@ bool sonard_read_collision(const char *json, struct sonard_collision *out)
 {
     json_t *result = parse(json);
     const bool good = read_collision(result, out);
-
     json_decref(result);
     return good;
 }
@@ -194,7 +180,6 @@ static json_t *call_method(struct sonard_client *client, const char *method, jso
                            struct sonard_error *error)
 {
     json_t *result = NULL;
-
     if (params)
         result = sonard_json_call(client, method, params, error);
     else
@@ -225,7 +210,6 @@ bool sonard_blocked(struct sonard_client *client, enum sonard_frame frame, const
                                cone->azimuth_deg, "elevation_deg", cone->elevation_deg, "half_angle_deg",
                                cone->half_angle_deg, "distance_m", cone->distance_m);
     json_t *result = call_method(client, "blocked", params, error);
-
     *out = (struct sonard_blocked){0};
 
     const bool good = result && (read_blocked(result, out) || not_understood("blocked", error));
@@ -241,7 +225,6 @@ bool sonard_sectors(struct sonard_client *client, enum sonard_frame frame, int c
                                                  "distance_m", distance_m)
                                      : json_pack("{s:s, s:i}", "frame", name_of(frame), "count", count);
     json_t *result = call_method(client, "sectors", params, error);
-
     *out = (struct sonard_sectors){0};
 
     const bool good = result && (read_sectors(result, out) || not_understood("sectors", error));
@@ -255,7 +238,6 @@ bool sonard_limit(struct sonard_client *client, enum sonard_frame frame, const d
 {
     json_t *params = json_pack("{s:s, s:o}", "frame", name_of(frame), "velocity_mps", triple(velocity_mps));
     json_t *result = call_method(client, "limit", params, error);
-
     *out = (struct sonard_limit){0};
 
     const bool good = result && (read_limit(result, out) || not_understood("limit", error));
@@ -271,7 +253,6 @@ bool sonard_time_to_collision(struct sonard_client *client, enum sonard_frame fr
                                               "velocity_mps", triple(velocity_mps))
                                   : json_pack("{s:f}", "ahead_s", ahead_s);
     json_t *result = call_method(client, "time_to_collision", params, error);
-
     *out = (struct sonard_collision){0};
 
     const bool good = result && (read_collision(result, out) || not_understood("time_to_collision", error));
@@ -285,7 +266,6 @@ static json_t *pose_params(const struct sonard_pose *pose)
     const double *q = pose->quaternion;
     json_t *params = json_object();
     int wrong = 0;
-
     if (pose->has & SONARD_POSE_QUATERNION)
         wrong |= json_object_set_new(params, "quaternion", json_pack("[f, f, f, f]", q[0], q[1], q[2], q[3]));
     if (pose->has & SONARD_POSE_POSITION)
@@ -314,7 +294,6 @@ bool sonard_pose(struct sonard_client *client, const struct sonard_pose *pose, s
 {
     json_t *result = call_method(client, "pose", pose_params(pose), error);
     const bool taken = result != NULL;
-
     json_decref(result);
     return taken;
 }
@@ -323,7 +302,6 @@ int64_t sonard_send_pose(struct sonard_client *client, const struct sonard_pose 
 {
     json_t *params = pose_params(pose);
     const int64_t id = params ? sonard_json_send(client, "pose", params, error) : 0;
-
     if (!params)
         fail(error, SONARD_INVALID, "pose", "every number must be finite");
     json_decref(params);

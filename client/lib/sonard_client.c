@@ -41,7 +41,6 @@ __attribute__((format(printf, 3, 4))) static bool fail(struct sonard_error *erro
                                                        const char *fmt, ...)
 {
     va_list args;
-
     error->status = status;
     error->rpc_code = 0;
     va_start(args, fmt);
@@ -53,7 +52,6 @@ __attribute__((format(printf, 3, 4))) static bool fail(struct sonard_error *erro
 static double now_s(void)
 {
     struct timespec t;
-
     clock_gettime(CLOCK_MONOTONIC, &t);
     return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
 }
@@ -65,7 +63,6 @@ static bool await(const struct sonard_client *client, short events, double deadl
         struct pollfd p = {.fd = client->fd, .events = events};
         const double left_s = deadline_s - now_s();
         const int n = poll(&p, 1, left_s <= 0 ? 0 : left_s > 1e6 ? 1000000000 : (int)(left_s * 1e3) + 1);
-
         if (n > 0)
             return true;
         if (n == 0 && now_s() >= deadline_s)
@@ -79,7 +76,6 @@ static bool await(const struct sonard_client *client, short events, double deadl
 static bool is_no_socket(const char *path)
 {
     struct stat st;
-
     return stat(path, &st) == 0 && !S_ISSOCK(st.st_mode);
 }
 
@@ -112,7 +108,6 @@ struct sonard_client *sonard_connect(const char *path, double timeout_s, struct 
     const double deadline_s = now_s() + timeout_s;
     const char *set = getenv("SONARD_SOCKET");
     int failure;
-
     path = path ? path : set && *set ? set : SONARD_DEFAULT_SOCKET;
     if (strlen(path) == 0 || strlen(path) >= sizeof address.sun_path) {
         fail(error, SONARD_NO_DAEMON, "a socket's path has 1 to %zu bytes, this one has %zu",
@@ -176,7 +171,6 @@ static bool flush(struct sonard_client *client, double deadline_s, struct sonard
 {
     while (client->out_len > 0) {
         const ssize_t k = send(client->fd, client->out, client->out_len, MSG_NOSIGNAL);
-
         if (k >= 0) {
             client->out_len -= (size_t)k;
             memmove(client->out, client->out + k, client->out_len);
@@ -195,7 +189,6 @@ static bool enqueue(struct sonard_client *client, const char *line, struct sonar
 {
     const size_t n = strlen(line);
     char *out = client->out_len < OUT_MAX_BYTES ? realloc(client->out, client->out_len + n + 1) : NULL;
-
     if (!out)
         return fail(error, SONARD_SILENT, "the daemon on %s does not read requests: %zu bytes wait", client->path,
                     client->out_len);
@@ -210,7 +203,6 @@ static bool grow_input(struct sonard_client *client, struct sonard_error *error)
 {
     const size_t size = client->in_size ? 2 * client->in_size : IN_START_BYTES;
     char *in = size <= IN_MAX_BYTES ? realloc(client->in, size) : NULL;
-
     if (!in)
         return fail(error, SONARD_LOST, "a reply of %s is longer than %zu bytes", client->path, client->in_size);
     client->in = in;
@@ -222,7 +214,6 @@ static bool grow_input(struct sonard_client *client, struct sonard_error *error)
 static json_t *read_message(struct sonard_client *client, double deadline_s, struct sonard_error *error)
 {
     size_t scanned = 0;
-
     for (;;) {
         const char *end =
             client->in_len > scanned ? memchr(client->in + scanned, '\n', client->in_len - scanned) : NULL;
@@ -230,7 +221,6 @@ static json_t *read_message(struct sonard_client *client, double deadline_s, str
         if (end) {
             const size_t n = (size_t)(end - client->in);
             json_t *message = json_loadb(client->in, n, JSON_REJECT_DUPLICATES, NULL);
-
             client->in_len -= n + 1;
             memmove(client->in, end + 1, client->in_len);
             if (!json_is_object(message)) {
@@ -279,7 +269,6 @@ static json_t *hand_out(const json_t *said, struct sonard_message *out)
     const json_t *refusal = json_object_get(said, "error");
     const char *why = json_string_value(json_object_get(refusal, "message"));
     json_t *result = json_object_get(said, "result");
-
     if (result)
         return json_incref(result);
     fail(&out->refusal, SONARD_REFUSED, "%s", why ? why : "an error without a message");
@@ -323,7 +312,6 @@ int64_t sonard_json_send(struct sonard_client *client, const char *method, json_
                                 "id", (json_int_t)id);
     char *line = request ? json_dumps(request, JSON_COMPACT) : NULL;
     bool sent = false;
-
     if (line)
         sent = enqueue(client, line, error);
     else
@@ -341,7 +329,6 @@ int64_t sonard_send(struct sonard_client *client, const char *method, const char
 {
     json_t *read;
     const int64_t id = read_params(params, &read, error) ? sonard_json_send(client, method, read, error) : 0;
-
     json_decref(read);
     return id;
 }
@@ -354,7 +341,6 @@ static bool take_message(struct sonard_client *client, double deadline_s, bool c
         json_t *message = read_message(client, deadline_s, error);
         json_t *id = json_object_get(message, "id"), *params = json_object_get(message, "params");
         bool taken = id != NULL;
-
         if (!message)
             return false;
         if (id) {
@@ -375,11 +361,9 @@ bool sonard_json_take(struct sonard_client *client, double timeout_s, struct son
                       struct sonard_error *error)
 {
     const double deadline_s = now_s() + timeout_s;
-
     *result = NULL;
     while (json_array_size(client->kept) > 0) {
         const bool taken = hand_out_notification(json_array_get(client->kept, 0), out, result);
-
         json_array_remove(client->kept, 0);
         if (taken)
             return true;
@@ -393,7 +377,6 @@ bool sonard_take(struct sonard_client *client, double timeout_s, struct sonard_m
                  struct sonard_error *error)
 {
     json_t *result;
-
     if (!sonard_json_take(client, timeout_s, out, &result, error))
         return false;
     out->json = text_of(client, result);
@@ -407,7 +390,6 @@ json_t *sonard_json_call(struct sonard_client *client, const char *method, json_
     const int64_t id = sonard_json_send(client, method, params, error);
     struct sonard_message got;
     json_t *result;
-
     if (!id || !flush(client, deadline_s, error))
         return NULL;
     while (take_message(client, deadline_s, true, &got, &result, error)) {
@@ -427,7 +409,6 @@ const char *sonard_call(struct sonard_client *client, const char *method, const 
                         struct sonard_error *error)
 {
     json_t *read, *result;
-
     if (!read_params(params, &read, error))
         return NULL;
     result = sonard_json_call(client, method, read, error);
@@ -440,7 +421,6 @@ int64_t sonard_watch(struct sonard_client *client, const char *method, const cha
 {
     json_t *read, *request, *watch = NULL;
     int64_t number = 0;
-
     if (!read_params(params, &read, error))
         return 0;
     request = json_pack("{s:s, s:f, s:o*}", "method", method, "rate_hz", rate_hz, "params", read);
@@ -462,7 +442,6 @@ bool sonard_json_next(struct sonard_client *client, double timeout_s, struct son
                       struct sonard_error *error)
 {
     const double deadline_s = now_s() + timeout_s;
-
     while (sonard_json_take(client, deadline_s - now_s(), out, result, error)) {
         if (out->watch > 0)
             return true;
@@ -475,7 +454,6 @@ bool sonard_next(struct sonard_client *client, double timeout_s, struct sonard_m
                  struct sonard_error *error)
 {
     json_t *result;
-
     if (!sonard_json_next(client, timeout_s, out, &result, error))
         return false;
     out->json = text_of(client, result);

@@ -18,7 +18,6 @@
 static unsigned allowed(uint16_t flags)
 {
     const unsigned both = VELOCITY_HORIZONTAL | VELOCITY_VERTICAL;
-
     if (flags & POSITION_CONSTANT)
         return 0;
     return (flags & (POSITION_RELATIVE | POSITION_ABSOLUTE) ? MAVLINK_AIDED_POSITION : 0u) |
@@ -28,7 +27,6 @@ static unsigned allowed(uint16_t flags)
 void mavlink_aiding_report(struct mavlink_aiding *aiding, uint16_t flags, uint64_t now_ns)
 {
     const unsigned parts = allowed(flags);
-
     aiding->report_ns = now_ns;
     if (!(parts & MAVLINK_AIDED_POSITION))
         aiding->denied_ns[0] = now_ns;
@@ -59,7 +57,6 @@ static bool stands(struct mavlink_aiding *aiding, const double place_m[2], uint6
 static unsigned judge(struct mavlink_aiding *aiding, const double place_m[2], uint64_t now_ns)
 {
     const bool standing = stands(aiding, place_m, now_ns);
-
     if (!aiding->offered_ns)
         aiding->offered_ns = now_ns;
     if (!aiding->report_ns) {
@@ -83,7 +80,6 @@ static unsigned judge(struct mavlink_aiding *aiding, const double place_m[2], ui
 unsigned mavlink_aiding_offer(struct mavlink_aiding *aiding, const double place_m[2], uint64_t now_ns)
 {
     const unsigned parts = judge(aiding, place_m, now_ns);
-
     if (parts & MAVLINK_AIDED_POSITION)
         aiding->believed_ever = true;
     return parts;
@@ -110,7 +106,6 @@ bool mavlink_aiding_news(struct mavlink_aiding *aiding, uint64_t now_ns, char *t
             "warning: position: not used: EKF_STATUS_REPORT or ESTIMATOR_STATUS has stopped coming",
     };
     const enum mavlink_position position = aiding->position;
-
     if (position == aiding->told || position == MAVLINK_POSITION_NONE || position == MAVLINK_POSITION_WAITING ||
         (aiding->told_ns && now_ns < aiding->told_ns + TOLD_AGAIN_NS))
         return false;

@@ -11,7 +11,6 @@
 void mavlink_alert_set(struct mavlink_alert *alert, bool failed, uint64_t now_ns, const char *format, ...)
 {
     va_list arguments;
-
     if (failed != alert->failed)
         alert->since_ns = now_ns;
     else if (alert->text[0])
@@ -29,7 +28,6 @@ static void next_part(struct mavlink_alert *alert, struct mavlink_statustext *ou
 {
     const size_t left = strlen(alert->text) - alert->told, part = sizeof out->text;
     const bool is_long = alert->told || left >= part;
-
     *out = (struct mavlink_statustext){.severity = !alert->failed ? MAVLINK_SEVERITY_NOTICE
                                                    : alert->grave ? MAVLINK_SEVERITY_CRITICAL
                                                                   : MAVLINK_SEVERITY_WARNING,
@@ -37,7 +35,6 @@ static void next_part(struct mavlink_alert *alert, struct mavlink_statustext *ou
                                        .chunk_seq = (uint8_t)(alert->told / part)};
     for (size_t i = 0; i < part && i < left; i++) {
         const char c = alert->text[alert->told + i];
-
         out->text[i] = c >= ' ' && c <= '~' ? c : '?';
     }
     alert->goes_on = left >= part;

@@ -33,7 +33,6 @@ void mavlink_barometers_init(struct mavlink_barometers *b, int named, double m_p
 void mavlink_barometers_forget(struct mavlink_barometers *b)
 {
     const struct mavlink_barometers was = *b;
-
     mavlink_barometers_init(b, was.named, was.m_per_hpa);
     for (int i = 0; i < MAVLINK_BAROMETERS; i++)
         b->of[i].first_hpa = was.of[i].first_hpa;
@@ -66,7 +65,6 @@ static bool is_silent(const struct mavlink_barometer *of, uint64_t now_ns)
 static void give_up_silent(struct mavlink_barometers *b, uint64_t now_ns)
 {
     const int used = b->used;
-
     if (used == MAVLINK_BAROMETER_ANY || !b->of[used - 1].t_ns || !is_silent(&b->of[used - 1], now_ns))
         return;
     if (b->told_used == used) {
@@ -100,7 +98,6 @@ static void choose(struct mavlink_barometers *b, uint64_t now_ns)
 void mavlink_barometers_pressure(struct mavlink_barometers *b, int number, double hpa, uint64_t now_ns)
 {
     struct mavlink_barometer *of = &b->of[number - 1];
-
     if (hpa < HULL_MAX_HPA || !is_fresh(of, now_ns))
         of->deep_ns = 0;
     if (hpa >= HULL_MAX_HPA && !of->deep_ns)
@@ -117,7 +114,6 @@ static struct mavlink_altitude_mark mark_now(const struct mavlink_barometers *b,
                                              uint64_t now_ns)
 {
     struct mavlink_altitude_mark mark = {.t_ns = now_ns, .altitude_m = altitude_m};
-
     for (int i = 0; i < MAVLINK_BAROMETERS; i++)
         mark.hpa[i] = is_fresh(&b->of[i], now_ns) ? b->of[i].hpa : 0;
     return mark;
@@ -127,7 +123,6 @@ void mavlink_barometers_altitude(struct mavlink_barometers *b, enum mavlink_alti
                                  uint64_t now_ns)
 {
     struct mavlink_altitude_mark *mark = &b->mark[from];
-
     if (!isfinite(altitude_m))
         return;
 
@@ -151,7 +146,6 @@ void mavlink_barometers_altitude(struct mavlink_barometers *b, enum mavlink_alti
 void mavlink_barometers_primary(struct mavlink_barometers *b, int primary)
 {
     const int number = primary >= 1 && primary < MAVLINK_BAROMETERS ? primary + 1 : MAVLINK_BAROMETER_ANY;
-
     b->answered = true;
     if (number == b->primary)
         return;
@@ -169,7 +163,6 @@ void mavlink_barometers_unsay(struct mavlink_barometers *b)
 const char *mavlink_barometers_ask(struct mavlink_barometers *b)
 {
     const unsigned n = b->asks++;
-
     if (b->named != MAVLINK_BAROMETER_ANY || (b->answered && n % ASK_AGAIN != 0))
         return NULL;
     return primaries[(b->answered ? n / ASK_AGAIN : n) % PRIMARIES];
@@ -192,7 +185,6 @@ int mavlink_barometers_depth(const struct mavlink_barometers *b)
 double mavlink_barometers_surface_hpa(const struct mavlink_barometers *b, int number)
 {
     const double first_hpa = b->of[number - 1].first_hpa;
-
     return first_hpa >= AIR_MIN_HPA && first_hpa <= AIR_MAX_HPA ? first_hpa : 0;
 }
 
@@ -212,7 +204,6 @@ static bool say_none(struct mavlink_barometers *b, char *text, size_t size)
 {
     char list[MAVLINK_BAROMETERS * 50] = "", one[MAVLINK_BAROMETER_NAME];
     size_t n = 0;
-
     for (int i = 0; i < MAVLINK_BAROMETERS; i++)
         if (b->of[i].t_ns)
             n += (size_t)snprintf(list + n, sizeof list - n, "%s%s", n ? ", " : "",
@@ -231,7 +222,6 @@ static bool say_none(struct mavlink_barometers *b, char *text, size_t size)
 bool mavlink_barometers_news(struct mavlink_barometers *b, uint64_t now_ns, char *text, size_t size)
 {
     char one[MAVLINK_BAROMETER_NAME], other[MAVLINK_BAROMETER_NAME];
-
     choose(b, now_ns);
     if (b->silent != MAVLINK_BAROMETER_ANY) {
         snprintf(text, size, "warning: %s, which gave the depth, is silent: no depth until %s",

@@ -71,7 +71,6 @@ __attribute__((format(printf, 1, 2))) static void say(const char *format, ...)
 {
     char text[600];
     va_list arguments;
-
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
@@ -85,7 +84,6 @@ __attribute__((format(printf, 1, 2))) static void say(const char *format, ...)
 static void send_message(struct mavlink_bridge *b, enum mavlink_id id, const void *content, uint64_t now_ns)
 {
     uint8_t frame[MAVLINK_FRAME_MAX];
-
     if (b->link->fd < 0)
         return;
     if (b->sender.signing)
@@ -99,7 +97,6 @@ static void send_message(struct mavlink_bridge *b, enum mavlink_id id, const voi
 static struct mavlink_ring sayable(const struct mavlink_bridge *b, enum mavlink_watch which, uint64_t now_ns)
 {
     struct mavlink_ring ring = b->feed.ring[which];
-
     if (!mavlink_feed_answered(&b->feed, now_ns))
         mavlink_ring_forget(&ring);
     else if (!mavlink_feed_fresh(&b->feed, now_ns))
@@ -111,7 +108,6 @@ static struct mavlink_ring sayable(const struct mavlink_bridge *b, enum mavlink_
 static bool sees(const struct mavlink_bridge *b, uint64_t now_ns)
 {
     const struct mavlink_ring ring = sayable(b, MAVLINK_WATCH_LEVEL, now_ns);
-
     return mavlink_ring_known(&ring);
 }
 
@@ -122,7 +118,6 @@ static void send_heartbeat(struct mavlink_bridge *b, uint64_t now_ns)
                                         .system_status =
                                             sees(b, now_ns) ? MAVLINK_STATE_ACTIVE : MAVLINK_STATE_CRITICAL,
                                         .mavlink_version = MAVLINK_VERSION};
-
     send_message(b, MAVLINK_HEARTBEAT, &m, now_ns);
 }
 
@@ -132,7 +127,6 @@ static void ask_for_rate(struct mavlink_bridge *b, enum mavlink_id id, float int
                                            .command = MAVLINK_CMD_SET_MESSAGE_INTERVAL,
                                            .target_system = b->vehicle.system_id,
                                            .target_component = 1};
-
     send_message(b, MAVLINK_COMMAND_LONG, &m, now_ns);
 }
 
@@ -142,7 +136,6 @@ static void ask_for_thrusters(struct mavlink_bridge *b, uint64_t now_ns)
 {
     struct mavlink_param_request_read m = {
         .param_index = -1, .target_system = b->vehicle.system_id, .target_component = 1};
-
     if (mavlink_thrusters_slow(&b->vehicle.thrusters))
         ask_for_rate(b, MAVLINK_SERVO_OUTPUT_RAW, SERVO_INTERVAL_US, now_ns);
     if (b->vehicle.thrusters.submarine && !b->vehicle.thrusters.climb_ns)
@@ -160,7 +153,6 @@ static void ask_for_barometer(struct mavlink_bridge *b, uint64_t now_ns)
     struct mavlink_param_request_read m = {
         .param_index = -1, .target_system = b->vehicle.system_id, .target_component = 1};
     const char *name = b->vehicle.thrusters.submarine ? mavlink_barometers_ask(&b->vehicle.barometers) : NULL;
-
     if (!name)
         return;
     memcpy(m.param_id, name, strnlen(name, sizeof m.param_id));
@@ -215,12 +207,10 @@ static uint32_t boot_ms(const struct mavlink_bridge *b, uint64_t t_ns)
 static void send_points(struct mavlink_bridge *b, const struct mavlink_obstacle_conf *conf, uint64_t now_ns)
 {
     struct mavlink_obstacle_distance_3d point[MAVLINK_FACES];
-
     for (int layer = 0; layer < MAVLINK_LAYERS; layer++) {
         const struct mavlink_ring ring = sayable(b, (enum mavlink_watch)layer, now_ns);
         const int n = mavlink_ring_points(&ring, conf, mavlink_layer_deg[layer] * (M_PI / 180), b->reach_m,
                                           boot_ms(b, b->feed.evidence_ns), point);
-
         for (int i = 0; i < n; i++)
             send_message(b, MAVLINK_OBSTACLE_DISTANCE_3D, &point[i], now_ns);
     }
@@ -236,7 +226,6 @@ static void send_ring(struct mavlink_bridge *b, uint64_t now_ns)
     const struct mavlink_ring ring = sayable(b, MAVLINK_WATCH_LEVEL, now_ns);
     struct mavlink_obstacle_conf conf = b->conf->obstacles;
     struct mavlink_obstacle_distance m;
-
     if (!mavlink_ring_known(&ring) && conf.unknown_as != MAVLINK_UNKNOWN_AS_DISTANCE)
         return;
     if (conf.unknown_as == MAVLINK_UNKNOWN_AS_FAR && !mavlink_feed_fresh(&b->feed, now_ns))
@@ -250,7 +239,6 @@ static void send_obstacles(struct mavlink_bridge *b, uint64_t now_ns)
 {
     const struct mavlink_obstacle_conf *conf = &b->conf->obstacles;
     const double reach_m = mavlink_feed_reach_m(&b->feed);
-
     if (reach_m > 0)
         b->reach_m = fmin(reach_m, MAVLINK_REACH_M);
     else if (b->reach_m <= 0 && conf->unknown_as == MAVLINK_UNKNOWN_AS_DISTANCE)
@@ -267,7 +255,6 @@ static void send_below(struct mavlink_bridge *b, uint64_t now_ns)
 {
     const struct mavlink_depth_below *below = &b->feed.below;
     double most_m = 0;
-
     if (below->t_ns <= b->below_ns)
         return;
     for (int i = 0; i < b->feed.n_sensors; i++)
@@ -302,7 +289,6 @@ static void update_pose_alerts(struct mavlink_bridge *b, uint64_t now_ns)
     const bool two = mavlink_clock_two(&b->vehicle.clock, now_ns);
     const enum mavlink_position position = b->vehicle.aiding.position;
     const bool believed = position == MAVLINK_POSITION_AIDED || position == MAVLINK_POSITION_UNREPORTED;
-
     mavlink_alert_set(&b->alert[ALERT_CLOCKS], two, now_ns,
                       two ? "sonard: two autopilots, one system id: no pose" : "sonard: one autopilot again");
     if (b->vehicle.aiding.believed_ever && position != MAVLINK_POSITION_NONE &&
@@ -329,10 +315,8 @@ static void update_alerts(struct mavlink_bridge *b, uint64_t now_ns)
     const struct mavlink_feed *feed = &b->feed;
     const bool alive = mavlink_feed_alive(feed, now_ns);
     const bool leak = feed->wet || (feed->leak_ns && now_ns < feed->leak_ns + LEAK_TOLD_NS);
-
     const bool data = sees(b, now_ns), pose = feed->posed && feed->pose_age_s <= POSE_LOST_S;
     const bool doubtful = mavlink_vehicle_depth_doubtful(&b->vehicle, now_ns);
-
     if (b->had_daemon || now_ns > b->start_ns + FIRST_NS)
         mavlink_alert_set(&b->alert[ALERT_DAEMON], !alive, now_ns,
                           !alive          ? b->had_daemon ? "sonard: offline, no obstacle data"
@@ -364,7 +348,6 @@ static void update_alerts(struct mavlink_bridge *b, uint64_t now_ns)
         const uint64_t start_ns = feed->connected_ns + (had_ping ? START_NS : FIRST_NS),
                        alive_ns = s->ping_ns > start_ns ? s->ping_ns : start_ns;
         const bool lost = now_ns > alive_ns + PING_LOST_NS;
-
         mavlink_alert_set(&b->alert[ALERT_SENSOR + i], lost, now_ns,
                           lost       ? had_ping ? "sonar %s: offline (%s)" : "sonar %s: no ping yet (%s)"
                           : had_ping ? "sonar %s: online again"
@@ -383,7 +366,6 @@ static void update_alerts(struct mavlink_bridge *b, uint64_t now_ns)
 static void send_alerts(struct mavlink_bridge *b, uint64_t now_ns)
 {
     struct mavlink_statustext m;
-
     for (int i = 0; b->link->fd >= 0 && i < ALERTS; i++) {
         while (mavlink_alert_due(&b->alert[i], now_ns, &m)) {
             if (m.chunk_seq == 0)
@@ -397,7 +379,6 @@ static void send_alerts(struct mavlink_bridge *b, uint64_t now_ns)
 static void say_change(bool is, enum told *told, const char *what, const char *why)
 {
     const enum told now = is ? TOLD_THERE : TOLD_LOST;
-
     if (*told != now)
         say("%s: %s%s%s", what,
             is                    ? "connected"
@@ -411,7 +392,6 @@ static void say_change(bool is, enum told *told, const char *what, const char *w
 static void say_link(struct mavlink_bridge *b)
 {
     const bool open = !b->link->error[0];
-
     if (!open || b->link->received) {
         say_change(open, &b->link_told, "link", b->link->error);
     } else if (b->link_told != TOLD_OPEN) {
@@ -425,7 +405,6 @@ static void say_link(struct mavlink_bridge *b)
 static void answer_timesync(struct mavlink_bridge *b, const struct mavlink_frame *frame, uint64_t now_ns)
 {
     struct mavlink_timesync m;
-
     mavlink_unpack(frame->message, frame->payload, &m);
     if (m.tc1 != 0)
         return;
@@ -439,7 +418,6 @@ static void answer_timesync(struct mavlink_bridge *b, const struct mavlink_frame
 static void take_frame(struct mavlink_bridge *b, const struct mavlink_frame *frame, uint64_t now_ns)
 {
     struct mavlink_pose pose;
-
     if (!mavlink_vehicle_take(&b->vehicle, frame, now_ns))
         return;
     mavlink_peer_hold(&b->peer, &b->link->sender, now_ns);
@@ -455,7 +433,6 @@ static void take_frame(struct mavlink_bridge *b, const struct mavlink_frame *fra
 static bool meet_peer(struct mavlink_bridge *b, const struct mavlink_frame *frame, uint64_t now_ns)
 {
     char text[400];
-
     if (!mavlink_vehicle_speaks(&b->vehicle, frame))
         return false;
     if (!mavlink_source_same_host(&b->peer.source, &b->link->sender))
@@ -472,7 +449,6 @@ static void take_bytes(struct mavlink_bridge *b, const uint8_t *bytes, size_t n,
     const enum mavlink_whose whose = mavlink_peer_judge(&b->peer, &b->link->sender, now_ns);
     bool peers = whose == MAVLINK_PEERS;
     struct mavlink_frame frame;
-
     if (whose == MAVLINK_SOMEBODYS)
         return;
     b->link->received = true;
@@ -492,11 +468,9 @@ static void take_bytes(struct mavlink_bridge *b, const uint8_t *bytes, size_t n,
 static void read_link(struct mavlink_bridge *b, mavlink_now_fn *now)
 {
     uint8_t buffer[2048];
-
     for (int i = 0; i < READS_PER_TURN; i++) {
         const size_t n = mavlink_link_read(b->link, buffer, sizeof buffer, now().now_ns);
         const uint64_t now_ns = now().now_ns;
-
         if (n == 0)
             return;
         take_bytes(b, buffer, n, now_ns);
@@ -517,7 +491,6 @@ static bool is_due(uint64_t *due_ns, uint64_t period_ns, uint64_t now_ns)
 static void say_clocks(struct mavlink_bridge *b, uint64_t now_ns)
 {
     const bool two = mavlink_clock_two(&b->vehicle.clock, now_ns);
-
     if (two != b->two_clocks)
         say(two ? "warning: the time of system %u jumps, as that of two autopilots with one id does (a "
                   "simulator, a second vehicle), or of two links whose delays differ: no pose until it stops"
@@ -531,7 +504,6 @@ static void do_second(struct mavlink_bridge *b, uint64_t now_ns)
     const struct mavlink_timesync question = {.ts1 = (int64_t)now_ns};
     const bool had_vehicle = b->had_vehicle;
     char news[400];
-
     b->had_vehicle = mavlink_vehicle_present(&b->vehicle, now_ns);
     if (b->had_vehicle || b->vehicle_told != TOLD_NOTHING || now_ns > b->start_ns + PATIENCE_NS)
         say_change(b->had_vehicle, &b->vehicle_told, "vehicle", "no heartbeat");
@@ -562,7 +534,6 @@ static void do_second(struct mavlink_bridge *b, uint64_t now_ns)
 static void say_daemon(struct mavlink_bridge *b, uint64_t now_ns)
 {
     const bool alive = mavlink_feed_alive(&b->feed, now_ns);
-
     if (alive || !b->feed.client || b->daemon_told == TOLD_THERE)
         say_change(alive, &b->daemon_told, "sonard", b->feed.error.message);
 }
@@ -571,7 +542,6 @@ static void say_daemon(struct mavlink_bridge *b, uint64_t now_ns)
 static void say_below(struct mavlink_bridge *b)
 {
     const bool refused = b->feed.below_refused.status != SONARD_OK;
-
     if (refused || b->below_told != TOLD_NOTHING)
         say_change(!refused, &b->below_told, "--downward", b->feed.below_refused.message);
 }
@@ -579,7 +549,6 @@ static void say_below(struct mavlink_bridge *b)
 void mavlink_bridge_work(struct mavlink_bridge *b, mavlink_now_fn *now)
 {
     const struct mavlink_time start = now();
-
     b->feed.unix_offset_ns = start.unix_offset_ns;
     mavlink_link_open(b->link, start.now_ns);
     mavlink_feed_connect(&b->feed, start.now_ns);
@@ -618,7 +587,6 @@ struct mavlink_bridge *mavlink_bridge_new(const struct mavlink_bridge_conf *conf
                                           uint64_t now_ns)
 {
     struct mavlink_bridge *b = malloc(sizeof *b);
-
     if (!b)
         return NULL;
     *b = (struct mavlink_bridge){.conf = conf,
@@ -640,7 +608,6 @@ struct mavlink_bridge *mavlink_bridge_new(const struct mavlink_bridge_conf *conf
 void mavlink_bridge_end(struct mavlink_bridge *b)
 {
     const struct mavlink_counters *in = &b->parser.counters;
-
     say("in: %" PRIu64 " frames, %" PRIu64 " of unknown id, %" PRIu64 " bad CRC, %" PRIu64 " bad flags, %" PRIu64
         " bad signature, %" PRIu64 " bytes of garbage, %" PRIu64 " datagrams of others; out: %" PRIu64
         " frames, %" PRIu64 " dropped; poses: %" PRIu64 ", %" PRIu64 " refused, %" PRIu64 " kept back, %" PRIu64

@@ -28,7 +28,6 @@ bool mavlink_clock_jumps(const struct mavlink_clock *clock, uint32_t boot_ms, ui
     const int64_t back_ns = (int64_t)(int32_t)(clock->last_ms - boot_ms) * MS_NS;
     const int64_t ahead_ms = (int32_t)(boot_ms - (uint32_t)clock->boot_ms);
     const int64_t offset_ns = (int64_t)now_ns - ((int64_t)clock->boot_ms + ahead_ms) * MS_NS;
-
     return clock->known && (back_ns > BACK_NS || offset_ns < clock->floor_ns - LATE_NS);
 }
 
@@ -36,7 +35,6 @@ bool mavlink_clock_jumps(const struct mavlink_clock *clock, uint32_t boot_ms, ui
 static void begin(struct mavlink_clock *clock, uint32_t boot_ms, uint64_t now_ns)
 {
     const bool jump = clock->known, twice = jump && clock->jump_ns && now_ns < clock->jump_ns + TWICE_NS;
-
     *clock = (struct mavlink_clock){.boot_ms = boot_ms,
                                     .heard_ns = now_ns,
                                     .jump_ns = jump ? now_ns : 0,
@@ -49,7 +47,6 @@ static void begin(struct mavlink_clock *clock, uint32_t boot_ms, uint64_t now_ns
 uint64_t mavlink_clock_heard(struct mavlink_clock *clock, uint32_t boot_ms, uint64_t now_ns)
 {
     int64_t offset_ns, t_ns;
-
     if (!clock->known || mavlink_clock_jumps(clock, boot_ms, now_ns))
         begin(clock, boot_ms, now_ns);
 
@@ -87,7 +84,6 @@ bool mavlink_clock_two(const struct mavlink_clock *clock, uint64_t now_ns)
 void mavlink_clock_answer(struct mavlink_clock *clock, int64_t tc1_ns, int64_t asked_ns, uint64_t now_ns)
 {
     int64_t round_trip_ns, offset_ns;
-
     if (!clock->known || asked_ns < 0 || asked_ns > (int64_t)now_ns || tc1_ns < 0)
         return;
     round_trip_ns = (int64_t)now_ns - asked_ns;
@@ -102,6 +98,5 @@ void mavlink_clock_answer(struct mavlink_clock *clock, int64_t tc1_ns, int64_t a
 uint64_t mavlink_clock_boot_ns(const struct mavlink_clock *clock, uint64_t t_ns)
 {
     const int64_t boot_ns = (int64_t)t_ns - (clock->known ? clock->offset_ns : 0);
-
     return boot_ns > 0 ? (uint64_t)boot_ns : 0;
 }

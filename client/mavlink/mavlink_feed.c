@@ -65,7 +65,6 @@ static bool watch(struct mavlink_feed *feed, enum mavlink_watch which, const cha
                   double rate_hz)
 {
     json_t *request = json_pack("{s:s, s:o, s:f}", "method", method, "params", params, "rate_hz", rate_hz);
-
     feed->request[which] = sonard_json_send(feed->client, "watch", request, &feed->error);
     json_decref(request);
     return feed->request[which] != 0;
@@ -108,7 +107,6 @@ void mavlink_feed_connect(struct mavlink_feed *feed, uint64_t now_ns)
 static uint64_t said(const struct mavlink_feed *feed, double t_unix, uint64_t now_ns)
 {
     const double t_ns = t_unix * 1e9 - (double)feed->unix_offset_ns;
-
     return feed->replay || t_ns > (double)now_ns ? now_ns : t_ns > 0 ? (uint64_t)t_ns : 0;
 }
 
@@ -120,7 +118,6 @@ static uint64_t before(uint64_t t_ns, double age_s)
 static void take_ring(struct mavlink_feed *feed, enum mavlink_watch which, const json_t *result, uint64_t now_ns)
 {
     struct mavlink_ring *ring = &feed->ring[which];
-
     if (!mavlink_ring_read(ring, result))
         return;
 
@@ -137,7 +134,6 @@ static void take_sensor(struct mavlink_sensor *sensor, const json_t *object, uin
     const char *name = json_string_value(json_object_get(object, "name"));
     const char *state = json_string_value(json_object_get(object, "state"));
     const json_t *age = json_object_get(object, "last_ping_age_s");
-
     snprintf(sensor->name, sizeof sensor->name, "%s", name ? name : "?");
     snprintf(sensor->state, sizeof sensor->state, "%s", state ? state : "?");
     sensor->deaf = json_is_string(json_object_get(object, "hearing_doubt"));
@@ -155,7 +151,6 @@ static void take_status(struct mavlink_feed *feed, const json_t *result, uint64_
     const char *mode = json_string_value(json_object_get(result, "mode"));
     const char *leak_state = json_string_value(json_object_get(leak, "state"));
     const json_int_t leaks = json_integer_value(json_object_get(leak, "alarms"));
-
     feed->replay = mode && strncmp(mode, "replay", 6) == 0;
 
     const uint64_t said_ns = said(feed, json_number_value(json_object_get(result, "t_unix")), now_ns);
@@ -180,7 +175,6 @@ static void take_below(struct mavlink_feed *feed, const json_t *result, uint64_t
     const uint64_t said_ns = said(feed, json_number_value(json_object_get(result, "t_unix")), now_ns);
     const json_t *row;
     size_t i;
-
     json_array_foreach(json_object_get(result, "rows"), i, row)
     {
         const char *state = json_string_value(json_object_get(row, "state"));
@@ -205,7 +199,6 @@ static void take_notification(struct mavlink_feed *feed, const struct sonard_mes
                               const json_t *result, uint64_t now_ns)
 {
     int which = 0;
-
     while (which < MAVLINK_WATCHES && feed->watch[which] != message->watch)
         which++;
     if (which == MAVLINK_WATCH_DOWNWARD)
@@ -247,7 +240,6 @@ void mavlink_feed_read(struct mavlink_feed *feed, uint64_t now_ns)
     struct sonard_message message;
     json_t *result;
     bool good = true;
-
     while (feed->client && good) {
         if (!sonard_json_take(feed->client, 0, &message, &result, &feed->error))
             break;
@@ -275,7 +267,6 @@ void mavlink_feed_pose(struct mavlink_feed *feed, const struct mavlink_pose *pos
                                .depth_m = pose->depth_m,
                                .altitude_m = pose->altitude_m,
                                .t_unix = (double)(feed->unix_offset_ns + pose->t_ns) * 1e-9};
-
     if (!feed->client)
         return;
     if (feed->poses_waiting >= WAITING_MAX) {
@@ -296,7 +287,6 @@ void mavlink_feed_pose(struct mavlink_feed *feed, const struct mavlink_pose *pos
 void mavlink_feed_no_bound(struct mavlink_feed *feed, const char *word, uint64_t now_ns)
 {
     json_t *params = json_pack("{s:s}", "no_speed_bound", word);
-
     if (feed->client && feed->no_bound_id == 0) {
         feed->no_bound_id = sonard_json_send(feed->client, "pose", params, &feed->error);
         if (feed->no_bound_id == 0)
@@ -318,7 +308,6 @@ bool mavlink_feed_answered(const struct mavlink_feed *feed, uint64_t now_ns)
 bool mavlink_feed_fresh(const struct mavlink_feed *feed, uint64_t now_ns)
 {
     uint64_t ping_ns = 0;
-
     for (int i = 0; i < feed->n_sensors; i++)
         ping_ns = feed->sensor[i].ping_ns > ping_ns ? feed->sensor[i].ping_ns : ping_ns;
     return mavlink_feed_answered(feed, now_ns) && feed->ring[MAVLINK_WATCH_LEVEL].youngest_s >= 0 &&
@@ -328,7 +317,6 @@ bool mavlink_feed_fresh(const struct mavlink_feed *feed, uint64_t now_ns)
 double mavlink_feed_reach_m(const struct mavlink_feed *feed)
 {
     double reach_m = feed->conf.distance_m;
-
     for (int i = 0; feed->conf.distance_m <= 0 && i < feed->n_sensors; i++)
         if (!feed->conf.downward || strcmp(feed->sensor[i].name, feed->conf.downward) != 0)
             reach_m = fmax(reach_m, feed->sensor[i].range_m);

@@ -15,7 +15,6 @@
 uint16_t mavlink_crc(const void *bytes, size_t n, uint16_t crc)
 {
     const uint8_t *from = bytes;
-
     while (n-- > 0) {
         crc ^= *from++;
         for (int bit = 0; bit < 8; bit++)
@@ -39,7 +38,6 @@ static enum verdict judge(struct mavlink_parser *parser, const struct mavlink_me
     const uint8_t *b = parser->held;
     const uint16_t crc = frame_crc(b, n - CRC_BYTES, message->crc_extra);
     const bool two = b[0] == MAGIC_2;
-
     if (b[n - 2] != (crc & 0xFF) || b[n - 1] != crc >> 8) {
         parser->counters.bad_crc++;
         return GARBAGE;
@@ -66,7 +64,6 @@ static enum verdict examine(struct mavlink_parser *parser, size_t *size, struct 
     const struct mavlink_message *message;
     size_t header = two ? HEADER_2 : HEADER_1, n;
     bool is_signed;
-
     *size = PEEK_FLAGS;
     if (parser->n_held > 0 && !two && b[0] != MAGIC_1)
         return GARBAGE;
@@ -107,7 +104,6 @@ static void drop_bytes(struct mavlink_parser *parser, size_t n)
 static void drop_garbage(struct mavlink_parser *parser)
 {
     size_t n = 1;
-
     while (n < parser->n_held && parser->held[n] != MAGIC_1 && parser->held[n] != MAGIC_2)
         n++;
     parser->counters.garbage_bytes += n;
@@ -120,7 +116,6 @@ bool mavlink_parser_next(struct mavlink_parser *parser, const uint8_t **bytes, s
 {
     for (;;) {
         size_t size;
-
         switch (examine(parser, &size, out)) {
         case FRAME:
             drop_bytes(parser, size);
@@ -157,7 +152,6 @@ size_t mavlink_build(struct mavlink_sender *sender, const struct mavlink_message
 {
     size_t size = message->size, n;
     uint16_t crc;
-
     mavlink_pack(message, content, out + HEADER_2);
     while (size > 1 && out[HEADER_2 + size - 1] == 0)
         size--;

@@ -37,7 +37,6 @@ static speed_t speed_of(unsigned baud)
 static unsigned parse_number(const char *text, unsigned max)
 {
     const size_t digits = strspn(text, "0123456789");
-
     if (digits == 0 || digits > 8 || text[digits])
         return 0;
     const unsigned long value = strtoul(text, NULL, 10);
@@ -69,7 +68,6 @@ static bool refuse_udp_port(const char *address, const char *number, struct faul
 static bool check_own_address(const char *address, const char *place, struct fault *fault)
 {
     struct in_addr own;
-
     if (!place[0] || inet_pton(AF_INET, place, &own) == 1)
         return true;
     return fault_set(
@@ -86,13 +84,11 @@ bool mavlink_link_init(struct mavlink_link *link, const char *address, struct fa
     static const char udpout[] = "udpout:"; /* what pymavlink calls udp: */
     const char *rest = NULL, *number;
     size_t place_n;
-
     *link = (struct mavlink_link){.fd = -1};
     if (!refuse_tcp(address, fault))
         return false;
     for (int kind = MAVLINK_UDP; kind <= MAVLINK_SERIAL && !rest; kind++) {
         const size_t n = strlen(prefixes[kind]);
-
         link->kind = (enum mavlink_link_kind)kind;
         rest = strncmp(address, prefixes[kind], n) == 0 ? address + n : NULL;
     }
@@ -149,7 +145,6 @@ static void open_udp(struct mavlink_link *link, uint64_t now_ns)
                                    .ai_flags = AI_NUMERICSERV | (in ? AI_PASSIVE | AI_NUMERICHOST : 0)};
     struct addrinfo *found = NULL;
     const int failure = getaddrinfo(link->place[0] ? link->place : NULL, link->port, &hints, &found);
-
     if (failure) {
         lose_link(link, "look-up", gai_strerror(failure), now_ns);
         link->retry_s = link->retry_s == 0 ? 1 : link->retry_s < RETRY_MOST / 2 ? 2 * link->retry_s : RETRY_MOST;
@@ -168,7 +163,6 @@ static void open_serial(struct mavlink_link *link, uint64_t now_ns)
 {
     const speed_t speed = speed_of(link->baud);
     struct termios line;
-
     link->fd = open(link->place, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
     if (link->fd < 0) {
         lose_link(link, "cannot be opened", strerror(errno), now_ns);
@@ -233,7 +227,6 @@ static void failed(struct mavlink_link *link, uint64_t now_ns)
 size_t mavlink_link_read(struct mavlink_link *link, void *buffer, size_t size, uint64_t now_ns)
 {
     ssize_t n;
-
     if (link->fd < 0)
         return 0;
     if (link->kind == MAVLINK_SERIAL) {
@@ -264,7 +257,6 @@ static bool sent(struct mavlink_link *link, const void *frame, size_t n, const s
 {
     const struct sockaddr *to = peer ? (const struct sockaddr *)&peer->address : NULL;
     const ssize_t k = sendto(link->fd, frame, n, MSG_NOSIGNAL, to, peer ? peer->size : 0);
-
     if (k < 0)
         failed(link, now_ns);
     return k == (ssize_t)n;
@@ -273,7 +265,6 @@ static bool sent(struct mavlink_link *link, const void *frame, size_t n, const s
 void mavlink_link_write(struct mavlink_link *link, const void *frame, size_t n, uint64_t now_ns)
 {
     bool taken = false;
-
     if (link->fd >= 0 && link->kind == MAVLINK_UDP) {
         taken = sent(link, frame, n, NULL, now_ns);
     } else if (link->fd >= 0 && link->kind == MAVLINK_UDPIN && link->peer.size > 0) {
@@ -290,7 +281,6 @@ void mavlink_link_write(struct mavlink_link *link, const void *frame, size_t n, 
 void mavlink_link_flush(struct mavlink_link *link, uint64_t now_ns)
 {
     ssize_t n;
-
     if (link->fd < 0 || link->n_out == 0)
         return;
     n = write(link->fd, link->out, link->n_out);

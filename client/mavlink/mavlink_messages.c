@@ -315,7 +315,6 @@ void mavlink_pack(const struct mavlink_message *message, const void *from, uint8
 {
     for (const struct mavlink_field *f = message->fields; f->name; f++) {
         const size_t size = mavlink_type_size(f->type);
-
         for (size_t i = 0; i < (f->count ? f->count : 1u); i++, payload += size)
             copy_value(size, (const char *)from + f->member + i * size, payload);
     }
@@ -325,7 +324,6 @@ void mavlink_unpack(const struct mavlink_message *message, const uint8_t *payloa
 {
     for (const struct mavlink_field *f = message->fields; f->name; f++) {
         const size_t size = mavlink_type_size(f->type);
-
         for (size_t i = 0; i < (f->count ? f->count : 1u); i++, payload += size)
             copy_value(size, payload, (char *)to + f->member + i * size);
     }

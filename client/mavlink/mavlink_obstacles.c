@@ -28,7 +28,6 @@ static bool read_sector(const json_t *object, double near_m, struct mavlink_sect
     const char *state = json_string_value(json_object_get(object, "state"));
     const json_t *range = json_object_get(object, "range_m"), *free_to = json_object_get(object, "free_to_m");
     const json_t *blind_to = json_object_get(object, "blind_to_m"), *age = json_object_get(object, "age_s");
-
     for (int i = 0; state && i < 3; i++) {
         if (strcmp(state, states[i]) != 0)
             continue;
@@ -51,12 +50,10 @@ bool mavlink_ring_read(struct mavlink_ring *ring, const json_t *result)
     const double near_m = json_number_value(json_object_get(result, "near_m"));
     struct mavlink_ring read = {
         .youngest_s = -1, .near_m = near_m, .t_unix = json_number_value(json_object_get(result, "t_unix"))};
-
     if (json_array_size(sectors) != MAVLINK_SECTORS || read.t_unix <= 0)
         return false;
     for (size_t i = 0; i < MAVLINK_SECTORS; i++) {
         double age_s;
-
         if (!read_sector(json_array_get(sectors, i), near_m, &read.sector[i], &age_s))
             return false;
         if (age_s >= 0 && (read.youngest_s < 0 || age_s < read.youngest_s))
@@ -88,7 +85,6 @@ bool mavlink_ring_known(const struct mavlink_ring *ring)
 uint16_t mavlink_centimetres(double m, uint16_t most)
 {
     const double cm = floor(m * 100 + ROUNDING_CM);
-
     if (!(cm > MIN_CM))
         return MIN_CM;
     if (cm > most)
@@ -116,7 +112,6 @@ static uint16_t element(const struct mavlink_ring *ring, const struct mavlink_ob
                         double max_m, uint16_t max_cm)
 {
     double nearest_m = INFINITY;
-
     for (int i = k - 1; i <= k + 1; i++)
         find_nearer(&ring->sector[(i + MAVLINK_SECTORS) % MAVLINK_SECTORS], max_m, &nearest_m);
     if (nearest_m < INFINITY)
@@ -131,7 +126,6 @@ void mavlink_ring_distances(const struct mavlink_ring *ring, const struct mavlin
                             double max_m, uint64_t time_usec, struct mavlink_obstacle_distance *out)
 {
     const uint16_t max_cm = mavlink_centimetres(max_m, MAX_CM);
-
     *out = (struct mavlink_obstacle_distance){
         .time_usec = time_usec,
         .max_distance = max_cm,
@@ -153,14 +147,11 @@ int mavlink_ring_points(const struct mavlink_ring *ring, const struct mavlink_ob
 {
     const int per_face = MAVLINK_SECTORS / MAVLINK_FACES;
     int n = 0;
-
     for (int face = 0; face < MAVLINK_FACES; face++) {
         double nearest_m = INFINITY, azimuth_rad = 0;
-
         for (int i = -per_face / 2; i <= per_face / 2; i++) {
             const int k = (face * per_face + i + MAVLINK_SECTORS) % MAVLINK_SECTORS;
             const double before_m = nearest_m;
-
             find_nearer(&ring->sector[k], max_m, &nearest_m);
             if (nearest_m < before_m)
                 azimuth_rad = k * INCREMENT_DEG * radians_per_degree;

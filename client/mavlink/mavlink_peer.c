@@ -20,7 +20,6 @@ bool mavlink_network_parse(const char *text, struct mavlink_network *network, st
     const unsigned long bits = slash && digits <= 2 ? strtoul(slash + 1, NULL, 10) : 32;
     char host[INET_ADDRSTRLEN] = "";
     struct in_addr address;
-
     if (n < sizeof host)
         memcpy(host, text, n);
     if (inet_pton(AF_INET, host, &address) != 1 || digits < 1 || digits > 2 || (slash && slash[1 + digits]) ||
@@ -40,7 +39,6 @@ bool mavlink_source_same(const struct mavlink_source *a, const struct mavlink_so
 static struct sockaddr_in v4_of(const struct mavlink_source *source)
 {
     struct sockaddr_in v4 = {0};
-
     if (source->size >= sizeof v4 && source->address.ss_family == AF_INET)
         memcpy(&v4, &source->address, sizeof v4);
     return v4;
@@ -49,7 +47,6 @@ static struct sockaddr_in v4_of(const struct mavlink_source *source)
 static bool within(const struct mavlink_network *network, const struct mavlink_source *from)
 {
     const struct sockaddr_in v4 = v4_of(from);
-
     return network->mask == 0 ||
            (v4.sin_family == AF_INET && (ntohl(v4.sin_addr.s_addr) & network->mask) == network->host);
 }
@@ -57,7 +54,6 @@ static bool within(const struct mavlink_network *network, const struct mavlink_s
 bool mavlink_source_same_host(const struct mavlink_source *a, const struct mavlink_source *b)
 {
     const struct sockaddr_in one = v4_of(a), two = v4_of(b);
-
     return mavlink_source_same(a, b) ||
            (one.sin_family == AF_INET && two.sin_family == AF_INET && one.sin_addr.s_addr == two.sin_addr.s_addr);
 }
@@ -66,7 +62,6 @@ enum mavlink_whose mavlink_peer_judge(struct mavlink_peer *peer, const struct ma
                                       uint64_t now_ns)
 {
     const bool inside = within(&peer->network, from);
-
     if (peer->held && mavlink_source_same(&peer->source, from))
         return MAVLINK_PEERS;
     if (inside && !(peer->held && now_ns < peer->heard_ns + PEER_HOLD_NS))
@@ -80,7 +75,6 @@ enum mavlink_whose mavlink_peer_judge(struct mavlink_peer *peer, const struct ma
 bool mavlink_peer_hold(struct mavlink_peer *peer, const struct mavlink_source *from, uint64_t now_ns)
 {
     const bool another = !peer->held || !mavlink_source_same(&peer->source, from);
-
     peer->held = true;
     peer->source = *from;
     peer->heard_ns = now_ns;
@@ -92,7 +86,6 @@ static const char *source_text(const struct mavlink_source *source, char text[SO
 {
     const struct sockaddr_in v4 = v4_of(source);
     char host[INET_ADDRSTRLEN] = "";
-
     if (v4.sin_family == AF_INET && inet_ntop(AF_INET, &v4.sin_addr, host, sizeof host))
         snprintf(text, SOURCE_TEXT, "%s:%u", host, ntohs(v4.sin_port));
     else
@@ -103,7 +96,6 @@ static const char *source_text(const struct mavlink_source *source, char text[SO
 const char *mavlink_peer_text(const struct mavlink_peer *peer, char *text, size_t size)
 {
     char held[SOURCE_TEXT];
-
     snprintf(text, size, "autopilot: at %s", source_text(&peer->source, held));
     return text;
 }
@@ -112,7 +104,6 @@ bool mavlink_peer_news(struct mavlink_peer *peer, uint64_t now_ns, char *text, s
 {
     char whose[SOURCE_TEXT], held[SOURCE_TEXT];
     const bool known = peer->told_ns > 0 && mavlink_source_same(&peer->told, &peer->stranger);
-
     if (peer->strangers == 0 || known || (peer->told_ns > 0 && now_ns < peer->told_ns + TOLD_AGAIN_NS))
         return false;
     peer->told_ns = now_ns;

@@ -22,11 +22,9 @@ static int digit(char c)
 bool mavlink_signing_key(struct mavlink_signing *signing, const char *text)
 {
     static const char space[] = " \t\r\n";
-
     text += strspn(text, space);
     for (size_t i = 0; i < 2 * MAVLINK_KEY_BYTES; i++, text++) {
         const int d = digit(*text);
-
         if (d < 0)
             return false;
         signing->key[i / 2] = (uint8_t)(signing->key[i / 2] << 4 | d);
@@ -37,7 +35,6 @@ bool mavlink_signing_key(struct mavlink_signing *signing, const char *text)
 void mavlink_signing_clock(struct mavlink_signing *signing, uint64_t unix_us)
 {
     const uint64_t now = unix_us > EPOCH_2015_US ? (unix_us - EPOCH_2015_US) / UNIT_US : 0;
-
     signing->newest = now > signing->newest ? now : signing->newest;
 }
 
@@ -47,7 +44,6 @@ static void hash_frame(const struct mavlink_signing *signing, const uint8_t *fra
 {
     struct sha256 sha;
     uint8_t digest[SHA256_BYTES];
-
     sha256_begin(&sha);
     sha256_add(&sha, signing->key, sizeof signing->key);
     sha256_add(&sha, frame, n + 1 + STAMP_BYTES);
@@ -58,7 +54,6 @@ static void hash_frame(const struct mavlink_signing *signing, const uint8_t *fra
 void mavlink_sign(struct mavlink_signing *signing, uint8_t *frame, size_t n)
 {
     const uint64_t stamp = ++signing->newest;
-
     frame[n] = signing->link_id;
     for (unsigned i = 0; i < STAMP_BYTES; i++)
         frame[n + 1 + i] = (uint8_t)(stamp >> (8 * i));
@@ -70,7 +65,6 @@ static struct mavlink_stream *find_stream(struct mavlink_signing *signing, uint8
                                           uint8_t link_id)
 {
     struct mavlink_stream *stream = signing->stream;
-
     for (size_t i = 0; i < signing->n_streams; i++, stream++)
         if (stream->system_id == system_id && stream->component_id == component_id && stream->link_id == link_id)
             return stream;
@@ -85,7 +79,6 @@ bool mavlink_signature_holds(struct mavlink_signing *signing, const uint8_t *fra
     struct mavlink_stream *stream = find_stream(signing, frame[5], frame[6], frame[n]);
     uint8_t hash[HASH_BYTES];
     uint64_t stamp = 0;
-
     for (unsigned i = 0; i < STAMP_BYTES; i++)
         stamp |= (uint64_t)frame[n + 1 + i] << (8 * i);
     hash_frame(signing, frame, n, hash);

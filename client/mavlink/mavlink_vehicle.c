@@ -43,7 +43,6 @@ bool mavlink_vehicle_present(struct mavlink_vehicle *vehicle, uint64_t now_ns)
 bool mavlink_vehicle_speaks(const struct mavlink_vehicle *vehicle, const struct mavlink_frame *frame)
 {
     struct mavlink_heartbeat heartbeat;
-
     if (frame->component_id != AUTOPILOT || frame->message->id != MAVLINK_HEARTBEAT)
         return false;
     mavlink_unpack(frame->message, frame->payload, &heartbeat);
@@ -70,7 +69,6 @@ static void meet(struct mavlink_vehicle *vehicle, const struct mavlink_frame *fr
     }
     if (vehicle->present && vehicle->system_id == frame->system_id) {
         struct mavlink_heartbeat heartbeat;
-
         vehicle->heartbeat_ns = now_ns;
         mavlink_unpack(frame->message, frame->payload, &heartbeat);
         mavlink_thrusters_heartbeat(&vehicle->thrusters, &heartbeat);
@@ -82,7 +80,6 @@ static void meet(struct mavlink_vehicle *vehicle, const struct mavlink_frame *fr
 static uint64_t sampled(struct mavlink_vehicle *vehicle, uint32_t boot_ms, uint64_t now_ns)
 {
     const uint64_t t_ns = mavlink_clock_heard(&vehicle->clock, boot_ms, now_ns);
-
     if (mavlink_clock_doubtful(&vehicle->clock, now_ns)) {
         mavlink_aiding_doubt(&vehicle->aiding, now_ns);
         mavlink_thrusters_lose(&vehicle->thrusters, MAVLINK_NO_CLOCK);
@@ -101,7 +98,6 @@ static uint64_t sampled(struct mavlink_vehicle *vehicle, uint32_t boot_ms, uint6
 static uint64_t sensed(struct mavlink_vehicle *vehicle, uint32_t boot_ms, uint64_t now_ns)
 {
     const bool attitudes = vehicle->attitude_ns && now_ns <= vehicle->attitude_ns + ALONE_AFTER_NS;
-
     if (attitudes && mavlink_clock_jumps(&vehicle->clock, boot_ms, now_ns)) {
         vehicle->refused++;
         return 0;
@@ -120,7 +116,6 @@ static bool within(const double *v, size_t n, double limit)
 static void take_quaternion(struct mavlink_vehicle *vehicle, const double q[4], uint64_t t_ns, uint64_t now_ns)
 {
     const double norm = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-
     if (!(norm >= 0.9 && norm <= 1.1)) {
         vehicle->refused++;
         return;
@@ -136,7 +131,6 @@ static void take_quaternion(struct mavlink_vehicle *vehicle, const double q[4], 
 static void take_attitude(struct mavlink_vehicle *vehicle, const struct mavlink_frame *frame, uint64_t now_ns)
 {
     struct mavlink_attitude m;
-
     mavlink_unpack(frame->message, frame->payload, &m);
 
     const uint64_t t_ns = sampled(vehicle, m.time_boot_ms, now_ns);
@@ -153,7 +147,6 @@ static void take_attitude_quaternion(struct mavlink_vehicle *vehicle, const stru
                                      uint64_t now_ns)
 {
     struct mavlink_attitude_quaternion m;
-
     mavlink_unpack(frame->message, frame->payload, &m);
 
     const uint64_t t_ns = sampled(vehicle, m.time_boot_ms, now_ns);
@@ -174,7 +167,6 @@ static void add_part(struct mavlink_vehicle *vehicle, unsigned part, uint64_t t_
 static void take_position(struct mavlink_vehicle *vehicle, const struct mavlink_frame *frame, uint64_t now_ns)
 {
     struct mavlink_local_position_ned m;
-
     mavlink_unpack(frame->message, frame->payload, &m);
 
     const uint64_t t_ns = sampled(vehicle, m.time_boot_ms, now_ns);
@@ -233,7 +225,6 @@ static void take_pressure(struct mavlink_vehicle *vehicle, int number, const str
 {
     const struct mavlink_barometers *barometers = &vehicle->barometers;
     struct mavlink_scaled_pressure m;
-
     mavlink_unpack(frame->message, frame->payload, &m);
 
     const uint64_t t_ns = sensed(vehicle, m.time_boot_ms, now_ns);
@@ -266,7 +257,6 @@ static void take_pressure(struct mavlink_vehicle *vehicle, int number, const str
 static double upright(const struct mavlink_vehicle *vehicle, uint64_t now_ns)
 {
     const double *q = vehicle->next.quaternion;
-
     if (!vehicle->attitude_ns || now_ns > vehicle->attitude_ns + ALONE_AFTER_NS)
         return 0;
     return 1 - 2 * (q[1] * q[1] + q[2] * q[2]);
@@ -291,9 +281,7 @@ static void take_height(struct mavlink_vehicle *vehicle, double altitude_m, uint
 static void take_distance(struct mavlink_vehicle *vehicle, const struct mavlink_frame *frame, uint64_t now_ns)
 {
     struct mavlink_distance_sensor m;
-
     const double cosine = upright(vehicle, now_ns);
-
     mavlink_unpack(frame->message, frame->payload, &m);
     if (cosine >= LEAST_UPRIGHT && m.orientation == MAVLINK_ORIENTATION_DOWN &&
         m.signal_quality != MAVLINK_QUALITY_INVALID && m.current_distance > m.min_distance &&
@@ -304,7 +292,6 @@ static void take_distance(struct mavlink_vehicle *vehicle, const struct mavlink_
 static void take_clearance(struct mavlink_vehicle *vehicle, const struct mavlink_frame *frame, uint64_t now_ns)
 {
     struct mavlink_altitude_message m;
-
     mavlink_unpack(frame->message, frame->payload, &m);
     if (m.bottom_clearance > 0 && m.bottom_clearance <= DEPTH_MAX_M)
         take_height(vehicle, m.bottom_clearance, (uint32_t)(m.time_usec / 1000), now_ns);
@@ -334,7 +321,6 @@ static void take_altitude(struct mavlink_vehicle *vehicle, const struct mavlink_
 static void take_servo(struct mavlink_vehicle *vehicle, const struct mavlink_frame *frame, uint64_t now_ns)
 {
     struct mavlink_servo_output_raw m;
-
     mavlink_unpack(frame->message, frame->payload, &m);
     if (!vehicle->clock.known)
         return;
@@ -354,7 +340,6 @@ static void take_servo(struct mavlink_vehicle *vehicle, const struct mavlink_fra
 static void take_param(struct mavlink_vehicle *vehicle, const struct mavlink_frame *frame)
 {
     struct mavlink_param_value m;
-
     mavlink_unpack(frame->message, frame->payload, &m);
     mavlink_thrusters_param(&vehicle->thrusters, &m);
 
@@ -369,12 +354,10 @@ static void take_clock(struct mavlink_vehicle *vehicle, const struct mavlink_fra
 {
     if (frame->message->id == MAVLINK_SYSTEM_TIME) {
         struct mavlink_system_time m;
-
         mavlink_unpack(frame->message, frame->payload, &m);
         mavlink_clock_heard(&vehicle->clock, m.time_boot_ms, now_ns);
     } else {
         struct mavlink_timesync m;
-
         mavlink_unpack(frame->message, frame->payload, &m);
         if (m.tc1 != 0)
             mavlink_clock_answer(&vehicle->clock, m.tc1, m.ts1, now_ns);
@@ -443,7 +426,6 @@ bool mavlink_vehicle_pose(struct mavlink_vehicle *vehicle, uint64_t now_ns, stru
 {
     const bool attitude = vehicle->next.has & MAVLINK_POSE_ATTITUDE;
     const bool alone = !vehicle->attitude_ns || now_ns > vehicle->attitude_ns + ALONE_AFTER_NS;
-
     if (!vehicle->next.has || (!attitude && !alone) || now_ns < vehicle->due_ns ||
         vehicle->next.t_ns <= vehicle->t_pose_ns)
         return false;
@@ -467,7 +449,6 @@ bool mavlink_vehicle_bound(struct mavlink_vehicle *vehicle, struct mavlink_pose 
 static bool say_no_surface(struct mavlink_vehicle *vehicle, int number, char *text, size_t size)
 {
     char name[MAVLINK_BAROMETER_NAME];
-
     if (vehicle->told_surface == number)
         return false;
     vehicle->told_surface = number;
@@ -482,7 +463,6 @@ static bool say_no_surface(struct mavlink_vehicle *vehicle, int number, char *te
 bool mavlink_vehicle_depth_news(struct mavlink_vehicle *vehicle, uint64_t now_ns, char *text, size_t size)
 {
     const struct mavlink_barometers *b = &vehicle->barometers;
-
     if (has_position(vehicle, now_ns))
         return false;
     if (b->used != MAVLINK_BAROMETER_ANY && b->of[b->used - 1].t_ns && !(surface_of(vehicle, b->used) > 0) &&

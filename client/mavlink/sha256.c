@@ -23,7 +23,6 @@ static uint32_t rotate_right(uint32_t x, unsigned n)
 static void compress(uint32_t state[8], const uint8_t block[64])
 {
     uint32_t w[64], v[8];
-
     for (int i = 0; i < 16; i++)
         w[i] = (uint32_t)block[4 * i] << 24 | (uint32_t)block[4 * i + 1] << 16 | (uint32_t)block[4 * i + 2] << 8 |
                block[4 * i + 3];
@@ -37,7 +36,6 @@ static void compress(uint32_t state[8], const uint8_t block[64])
         const uint32_t t1 = v[7] + (rotate_right(v[4], 6) ^ rotate_right(v[4], 11) ^ rotate_right(v[4], 25)) +
                             choice + round_constant[i] + w[i];
         const uint32_t t2 = (rotate_right(v[0], 2) ^ rotate_right(v[0], 13) ^ rotate_right(v[0], 22)) + majority;
-
         memmove(&v[1], &v[0], 7 * sizeof v[0]);
         v[4] += t1;
         v[0] = t1 + t2;
@@ -56,10 +54,8 @@ void sha256_begin(struct sha256 *hash)
 void sha256_add(struct sha256 *hash, const void *bytes, size_t n)
 {
     const uint8_t *from = bytes;
-
     while (n > 0) {
         const size_t at = hash->bytes % 64, room = 64 - at, k = n < room ? n : room;
-
         memcpy(hash->block + at, from, k);
         hash->bytes += k;
         from += k;
@@ -74,7 +70,6 @@ void sha256_end(struct sha256 *hash, uint8_t digest[SHA256_BYTES])
     const uint64_t bits = 8 * hash->bytes;
     const uint8_t mark = 0x80, zero = 0;
     uint8_t length[8];
-
     for (int i = 0; i < 8; i++)
         length[i] = (uint8_t)(bits >> (56 - 8 * i));
     sha256_add(hash, &mark, 1);

@@ -81,7 +81,6 @@ static void print_help(void)
 static double number(const json_t *given, const char *key, double absent)
 {
     const json_t *value = json_object_get(given, key);
-
     return value ? json_number_value(value) : absent;
 }
 
@@ -90,7 +89,6 @@ static void parse_words(const json_t *given, struct mavlink_bridge_conf *conf, s
     const char *unknown = json_string_value(json_object_get(given, "unknown_as"));
     const char *frame = json_string_value(json_object_get(given, "frame"));
     const char *surface = json_string_value(json_object_get(given, "surface"));
-
     conf->vehicle.surface_hpa = STANDARD_SURFACE_HPA;
     if (unknown && strcmp(unknown, "far") == 0)
         conf->obstacles.unknown_as = MAVLINK_UNKNOWN_AS_FAR;
@@ -117,7 +115,6 @@ static void parse_drag(const char *text, struct speed_bound_conf *drag, struct f
 {
     const char *comma = text ? strchr(text, ',') : NULL;
     char first[32];
-
     if (!text)
         return;
     if (comma && comma - text < (ptrdiff_t)sizeof first) {
@@ -139,7 +136,6 @@ static void read_key(const char *path, struct mavlink_signing *signing, struct f
     char text[200];
     FILE *file = fopen(path, "r");
     const size_t n = file ? fread(text, 1, sizeof text - 1, file) : 0;
-
     text[n] = '\0';
     if (!file || !mavlink_signing_key(signing, text))
         fault_set(fault, "--sign %.150s: %s", path,
@@ -156,7 +152,6 @@ static bool parse_conf(const struct arguments *arguments, struct mavlink_bridge_
     const char *address = json_string_value(json_object_get(given, "link"));
     const char *key_file = json_string_value(json_object_get(given, "sign"));
     const char *peer = json_string_value(json_object_get(given, "peer"));
-
     *conf =
         (struct mavlink_bridge_conf){.feed = {.socket = socket        ? socket
                                                         : set && *set ? set
@@ -191,7 +186,6 @@ static bool parse_conf(const struct arguments *arguments, struct mavlink_bridge_
 static uint64_t clock_ns(clockid_t which)
 {
     struct timespec t;
-
     clock_gettime(which, &t);
     return (uint64_t)t.tv_sec * SECOND_NS + (uint64_t)t.tv_nsec;
 }
@@ -201,7 +195,6 @@ static struct mavlink_time now(void)
 {
     struct mavlink_time t = {.now_ns = clock_ns(CLOCK_MONOTONIC)};
     uint64_t before_ns = 0;
-
     for (int i = 0; i < CLOCK_TRIES && t.now_ns - before_ns > CLOCKS_TOGETHER_NS; i++) {
         before_ns = t.now_ns;
         t.unix_offset_ns = clock_ns(CLOCK_REALTIME) - before_ns;
@@ -217,7 +210,6 @@ static void wait_for_work(const struct mavlink_bridge *bridge, const sigset_t *w
     const uint64_t due_ns = mavlink_bridge_wait(bridge, fds), now_ns = clock_ns(CLOCK_MONOTONIC);
     const uint64_t left_ns = due_ns > now_ns ? due_ns - now_ns : 0;
     const struct timespec timeout = {(time_t)(left_ns / SECOND_NS), (long)(left_ns % SECOND_NS)};
-
     ppoll(fds, MAVLINK_BRIDGE_FDS, &timeout, waiting);
 }
 
@@ -227,7 +219,6 @@ static int run_bridge(const struct mavlink_bridge_conf *conf, struct mavlink_lin
     const struct sigaction action = {.sa_handler = on_stop};
     sigset_t stops, waiting;
     struct mavlink_bridge *bridge = mavlink_bridge_new(conf, link, clock_ns(CLOCK_MONOTONIC));
-
     if (!bridge) {
         fprintf(stderr, "sonard-mavlink: out of memory\n");
         return EXIT_FAILURE;
@@ -254,7 +245,6 @@ int main(int argc, char **argv)
     struct mavlink_signing signing = {0};
     struct fault fault = {""};
     int status = EXIT_USAGE;
-
     if (!arguments_parse(&arguments, argc, argv, argc, &(struct argument_tables){.own = options}, &fault)) {
         status = EXIT_USAGE;
     } else if (json_object_get(arguments.options, "help")) {

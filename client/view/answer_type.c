@@ -37,7 +37,6 @@ static enum message_kind kind_of(const char *type, size_t n, bool maybe)
 {
     static const char *const doubles[] = {"number", "amount", "share", "age", "triple"};
     static const char *const counts[] = {"integer", "count", "misses"};
-
     for (size_t i = 0; i < sizeof doubles / sizeof *doubles; i++)
         if (is(doubles[i], type, n))
             return MESSAGE_DOUBLE;
@@ -52,7 +51,6 @@ static void take(struct message_field *field, const struct protocol_field *from)
 {
     const size_t n = strcspn(from->type, "[?"), suffixes = strlen(from->type) - n;
     const char *suffix = from->type + n;
-
     field->name = from->name;
     field->repeated = memchr(suffix, '[', suffixes) || is("triple", from->type, n);
     field->maybe = !field->repeated && (from->maybe || memchr(suffix, '?', suffixes) || is("age", from->type, n));
@@ -64,7 +62,6 @@ static void take(struct message_field *field, const struct protocol_field *from)
 static const struct message_type *make(const char *name, size_t n, const struct protocol_field *from)
 {
     size_t count = 0;
-
     for (size_t i = 0; i < n_made; i++)
         if (made[i].from == from)
             return &made[i].type;
@@ -90,6 +87,5 @@ static const struct message_type *make(const char *name, size_t n, const struct 
 const struct message_type *answer_type(const char *method)
 {
     const struct protocol_method *m = protocol_find(method);
-
     return m && m->result ? make(m->name, strlen(m->name), m->result) : NULL;
 }

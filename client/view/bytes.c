@@ -38,7 +38,6 @@ void bytes_put(struct bytes *bytes, const void *data, size_t n)
 void bytes_number(struct bytes *bytes, uint64_t number, int n)
 {
     uint8_t little[8];
-
     for (int i = 0; i < n; i++)
         little[i] = (uint8_t)(number >> (8 * i));
     bytes_put(bytes, little, (size_t)n);
@@ -48,7 +47,6 @@ void bytes_float(struct bytes *bytes, double value)
 {
     const float f = (float)value;
     uint32_t bits;
-
     memcpy(&bits, &f, sizeof bits);
     bytes_number(bytes, bits, 4);
 }

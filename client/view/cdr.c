@@ -40,7 +40,6 @@ static const char *kind_name(enum message_kind kind)
 static void short_name(const struct message_type *type, char name[LINE_MAX_])
 {
     const char *slash = strchr(type->name, '/'), *last = strrchr(type->name, '/');
-
     snprintf(name, LINE_MAX_, "%.*s%s", (int)(slash - type->name), type->name, last);
 }
 
@@ -52,7 +51,6 @@ static void put_line(struct bytes *out, const char *line)
 static void put_fields(struct bytes *out, const struct message_type *type)
 {
     char name[LINE_MAX_], line[2 * LINE_MAX_];
-
     for (const struct message_field *f = type->fields; f->name; f++) {
         if (f->of)
             short_name(f->of, name);
@@ -80,7 +78,6 @@ void cdr_schema(const struct message_type *type, struct bytes *out)
         put_fields(out, of[i]);
         for (const struct message_field *f = of[i]->fields; f->name; f++) {
             size_t k = 0;
-
             while (f->of && k < n && of[k] != f->of)
                 k++;
             if (f->of && k == n && n < TYPES_MAX)
@@ -95,7 +92,6 @@ void cdr_schema(const struct message_type *type, struct bytes *out)
 static void put_number(struct bytes *out, uint64_t bits, int size)
 {
     static const uint8_t zeros[8];
-
     bytes_put(out, zeros, -(out->size - 4) & ((size_t)size - 1));
     bytes_number(out, bits, size);
 }
@@ -112,7 +108,6 @@ static void put_real(struct bytes *out, enum message_kind kind, double value)
     const float f = (float)value;
     uint32_t half;
     uint64_t whole;
-
     memcpy(&half, &f, sizeof half);
     memcpy(&whole, &value, sizeof whole);
     if (kind == MESSAGE_DOUBLE)
@@ -124,7 +119,6 @@ static void put_real(struct bytes *out, enum message_kind kind, double value)
 static void put_text(struct bytes *out, const json_t *value)
 {
     const char *text = json_is_string(value) ? json_string_value(value) : "";
-
     put_number(out, strlen(text) + 1, 4);
     bytes_put(out, text, strlen(text) + 1);
 }
@@ -134,7 +128,6 @@ static void put_fields_of(struct bytes *out, const struct message_type *type, co
 static void put_one(struct bytes *out, const struct message_field *f, const json_t *value)
 {
     const uint64_t number = json_is_boolean(value) ? json_is_true(value) : (uint64_t)json_integer_value(value);
-
     switch (f->kind) {
     case MESSAGE_OBJECT:
         put_fields_of(out, f->of, value);
@@ -169,7 +162,6 @@ static void put_fields_of(struct bytes *out, const struct message_type *type, co
     for (const struct message_field *f = type->fields; f->name; f++) {
         const json_t *value = json_object_get(message, f->name), *one;
         size_t i;
-
         if (!f->repeated) {
             put_one(out, f, value);
             continue;
@@ -182,7 +174,6 @@ static void put_fields_of(struct bytes *out, const struct message_type *type, co
 void cdr_message(const struct message_type *type, const json_t *message, struct bytes *out)
 {
     static const uint8_t head[] = {0, 1, 0, 0}; /* CDR, little-endian */
-
     bytes_put(out, head, sizeof head);
     put_fields_of(out, type, message);
 }

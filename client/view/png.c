@@ -17,7 +17,6 @@ static void put_chunk(struct bytes *out, const char *type, const uint8_t *data, 
 {
     uint8_t head[8], tail[4];
     const uLong crc = crc32(0, (const Bytef *)type, 4);
-
     big_endian(head, n);
     memcpy(head + 4, type, 4);
     big_endian(tail, (uint32_t)(n ? crc32(crc, data, n) : crc));
@@ -44,7 +43,6 @@ void png_write(struct bytes *out, const uint8_t *pixels, uint32_t width, uint32_
     uLongf n = compressBound(raw);
     uint8_t *lines = malloc(raw), *packed = malloc(n);
     uint8_t head[13] = {[8] = 4, [9] = 3}; /* bits of a pixel; colours by number */
-
     big_endian(head, width);
     big_endian(head + 4, height);
     if (lines)

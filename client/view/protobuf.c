@@ -14,7 +14,6 @@ enum wire { VARINT = 0, EIGHT = 1, SIZED = 2, FOUR = 5 };
 static int varint(uint8_t at[10], uint64_t v)
 {
     int n = 0;
-
     for (; v >= 0x80; v >>= 7)
         at[n++] = (uint8_t)(v | 0x80);
     at[n++] = (uint8_t)v;
@@ -24,7 +23,6 @@ static int varint(uint8_t at[10], uint64_t v)
 static void put_varint(struct bytes *out, uint64_t v)
 {
     uint8_t some[10];
-
     bytes_put(out, some, (size_t)varint(some, v));
 }
 
@@ -61,7 +59,6 @@ static size_t begin(struct bytes *out, int number)
 static void end(struct bytes *out, size_t begun)
 {
     uint8_t size[10];
-
     bytes_insert(out, begun, size, (size_t)varint(size, out->size - begun));
 }
 
@@ -94,7 +91,6 @@ static void collect(struct types *types, const struct message_type *type)
 static const char *file_of(const struct message_type *type, char name[NAME_MAX_])
 {
     const bool google = strncmp(type->name, "google.", 7) == 0;
-
     snprintf(name, NAME_MAX_, "%s.proto", type->name);
     for (char *c = name; c < name + strlen(type->name); c++)
         *c = *c == '.' ? '/' : google ? (char)tolower(*c) : *c;
@@ -106,11 +102,9 @@ static void put_words(struct bytes *out, const char *words)
 {
     const size_t enumeration = begin(out, 4), name = strcspn(words, ":");
     uint64_t value = 0;
-
     put_sized(out, 1, words, name);
     for (const char *word = words + name + 2; *word; value++) {
         const size_t n = strcspn(word, " "), one = begin(out, 2);
-
         put_sized(out, 1, word, n);
         put_count(out, 2, value);
         end(out, one);
@@ -123,7 +117,6 @@ static void put_field(struct bytes *out, const struct message_type *type, const 
 {
     const size_t field = begin(out, 2);
     char name[2 * NAME_MAX_];
-
     put_word(out, 1, f->name);
     put_count(out, 3, (uint64_t)f->number);
     put_count(out, 4, f->repeated ? 3 : 1);
@@ -143,7 +136,6 @@ static void put_file(struct bytes *out, const struct message_type *type)
     const char *last = strrchr(type->name, '.');
     char name[NAME_MAX_];
     struct types used = {.n = 0};
-
     put_word(out, 1, file_of(type, name));
     put_sized(out, 2, type->name, (size_t)(last - type->name));
     for (const struct message_field *f = type->fields; f->name; f++)
@@ -167,7 +159,6 @@ static void put_file(struct bytes *out, const struct message_type *type)
 void protobuf_schema(const struct message_type *type, struct bytes *out)
 {
     struct types types = {.n = 0};
-
     collect(&types, type);
     for (size_t i = 0; i < types.n; i++)
         put_file(out, types.type[i]);
@@ -203,7 +194,6 @@ static uint64_t bits_of(enum message_kind kind, const json_t *value)
     if (kind == MESSAGE_DOUBLE) {
         const double v = double_of(value);
         uint64_t bits;
-
         memcpy(&bits, &v, sizeof bits);
         return bits;
     }
@@ -225,7 +215,6 @@ static void put_packed(struct bytes *out, const struct message_field *f, const j
     const size_t packed = begin(out, f->number);
     const json_t *one;
     size_t i;
-
     json_array_foreach(list, i, one) put_bits(out, wire_of(f->kind), bits_of(f->kind, one));
     end(out, packed);
 }
@@ -233,10 +222,8 @@ static void put_packed(struct bytes *out, const struct message_field *f, const j
 static void put_one(struct bytes *out, const struct message_field *f, const json_t *value)
 {
     const enum wire wire = wire_of(f->kind);
-
     if (f->kind == MESSAGE_OBJECT && json_is_object(value)) {
         const size_t inner = begin(out, f->number);
-
         protobuf_message(f->of, value, out);
         end(out, inner);
     } else if (wire == SIZED) {
@@ -260,10 +247,8 @@ void protobuf_message(const struct message_type *type, const json_t *message, st
 {
     const json_t *one;
     size_t i;
-
     for (const struct message_field *f = type->fields; f->name; f++) {
         const json_t *value = json_object_get(message, f->name);
-
         if (!f->repeated) {
             if (is_told(f, value))
                 put_one(out, f, value);

@@ -124,7 +124,6 @@ static json_t *member(const json_t *message, const char *name)
 static json_t *stamp_of(const json_t *message)
 {
     const json_t *t = member(message, "timestamp");
-
     return json_pack("{s:O, s:O}", "sec", member(t, "seconds"), "nanosec", member(t, "nanos"));
 }
 
@@ -140,7 +139,6 @@ static int datatype(const json_t *foxglove)
 {
     static const int types[] = {0, 2, 1, 4, 3, 6, 5, 7, 8};
     const json_int_t type = json_integer_value(foxglove);
-
     return type > 0 && type < (json_int_t)(sizeof types / sizeof *types) ? types[type] : 0;
 }
 
@@ -155,7 +153,6 @@ static json_t *with_z(const json_t *points, size_t stride)
 {
     static const uint8_t zero[4];
     struct bytes out = {0};
-
     for (size_t at = 0; at + stride <= json_string_length(points); at += stride) {
         bytes_put(&out, json_string_value(points) + at, stride);
         bytes_put(&out, zero, sizeof zero);
@@ -173,7 +170,6 @@ static json_t *to_cloud(const json_t *message)
     const json_t *field;
     bool flat = true;
     size_t i;
-
     if (step <= 0 || !data) {
         json_decref(fields);
         return NULL;
@@ -205,7 +201,6 @@ static json_t *to_scan(const json_t *message)
     const double first = json_number_value(member(message, "start_angle")),
                  last = json_number_value(member(message, "end_angle"));
     const size_t n = json_array_size(member(message, "judged"));
-
     return json_pack("{s:o, s:f, s:f, s:f, s:O, s:O}", "header", header_of(message, "frame_id"), "angle_min",
                      first, "angle_max", last, "angle_increment", n > 1 ? (last - first) / (double)(n - 1) : 0.0,
                      "range_max", member(message, "far_m"), "ranges", member(message, "judged"));
@@ -225,7 +220,6 @@ static json_t *occupancy(const json_t *states)
     const uint8_t *state = (const uint8_t *)json_string_value(states);
     json_t *cells = NULL;
     char *data = malloc(n + 1);
-
     for (size_t i = 0; data && i < n; i++)
         data[i] = (char)of[state[i] < 3 ? state[i] : 0];
     if (data)
@@ -238,7 +232,6 @@ static json_t *to_grid(const json_t *message)
 {
     const json_int_t columns = json_integer_value(member(message, "column_count"));
     const json_int_t cells = (json_int_t)json_string_length(member(message, "data"));
-
     return json_pack("{s:o, s:{s:o, s:O, s:I, s:I, s:O}, s:o}", "header", header_of(message, "frame_id"), "info",
                      "map_load_time", stamp_of(message), "resolution", member(member(message, "cell_size"), "x"),
                      "width", columns, "height", columns > 0 ? cells / columns : 0, "origin",

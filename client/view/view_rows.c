@@ -12,7 +12,6 @@
 static double number(const json_t *object, const char *key)
 {
     const json_t *value = json_object_get(object, key);
-
     return json_is_number(value) ? json_number_value(value) : NAN;
 }
 
@@ -26,7 +25,6 @@ static void read_bins(struct view_row *row, const char *hex)
     row->n_bins = 0;
     for (; hex && hex[0] && row->n_bins < VIEW_ROW_BINS; hex += 2) {
         const int high = digit(hex[0]), low = high >= 0 ? digit(hex[1]) : -1;
-
         if (low < 0)
             return;
         row->bin[row->n_bins++] = (uint8_t)(high << 4 | low);
@@ -39,10 +37,8 @@ static void read_echoes(struct view_row *row, const json_t *echoes)
     for (size_t i = 0; i < json_array_size(echoes) && row->n_echoes < VIEW_ROW_ECHOES; i++) {
         const json_t *echo = json_array_get(echoes, i), *marks = json_object_get(echo, "marks");
         uint8_t set = 0;
-
         for (size_t k = 0; k < json_array_size(marks); k++) {
             const char *mark = json_string_value(json_array_get(marks, k));
-
             set |= !mark ? 0 : strcmp(mark, "burst") == 0 ? 1 : strcmp(mark, "ghost") == 0 ? 2 : 4;
         }
         const double sure = number(echo, "confidence");
@@ -56,7 +52,6 @@ static void read_echoes(struct view_row *row, const json_t *echoes)
 static bool read_row(struct view_row *row, const json_t *said, double now_unix)
 {
     const char *state = json_string_value(json_object_get(said, "state"));
-
     *row = (struct view_row){
         .t_unix = now_unix - number(said, "age_s"),
         .az_deg = (float)number(said, "azimuth_deg"),
@@ -82,7 +77,6 @@ static struct view_row *place(struct view_rows *rows, float az_deg)
 {
     for (size_t i = 0; i < VIEW_ROWS_MAX; i++) {
         struct view_row *row = &rows->row[i];
-
         if (!row->changed)
             return row; /* they fill up from the first */
         if (fabsf(row->az_deg - az_deg) < SAME_DEG)
@@ -109,7 +103,6 @@ static int oldest_first(const void *a, const void *b)
 static size_t by_age(const json_t *said, const json_t *row[VIEW_ROWS_MAX])
 {
     size_t n = json_array_size(said);
-
     n = n < VIEW_ROWS_MAX ? n : VIEW_ROWS_MAX;
     for (size_t i = 0; i < n; i++)
         row[i] = json_array_get(said, i);
@@ -123,12 +116,10 @@ void view_rows_take(struct view_rows *rows, const json_t *image)
     const size_t n = by_age(json_object_get(image, "rows"), said);
     const char *sensor = json_string_value(json_object_get(image, "sensor"));
     struct view_row row;
-
     rows->t_unix = number(image, "t_unix");
     snprintf(rows->sensor, sizeof rows->sensor, "%s", sensor ? sensor : "");
     for (size_t i = 0; i < n; i++) {
         struct view_row *at;
-
         if (!read_row(&row, said[i], rows->t_unix) || !(at = place(rows, row.az_deg)))
             continue;
         if (at->changed && fabs(at->t_unix - row.t_unix) < SAME_S)
@@ -150,7 +141,6 @@ static uint8_t *put_bits(uint8_t *at, uint64_t bits, int n)
 static uint8_t *put_double(uint8_t *at, double v)
 {
     uint64_t bits;
-
     memcpy(&bits, &v, sizeof bits);
     return put_bits(at, bits, 8);
 }
@@ -158,7 +148,6 @@ static uint8_t *put_double(uint8_t *at, double v)
 static uint8_t *put_float(uint8_t *at, float v)
 {
     uint32_t bits;
-
     memcpy(&bits, &v, sizeof bits);
     return put_bits(at, bits, 4);
 }
@@ -166,7 +155,6 @@ static uint8_t *put_float(uint8_t *at, float v)
 static uint8_t *put_row(uint8_t *at, const struct view_row *row)
 {
     const float values[] = {row->az_deg, row->width_deg, row->r0_m, row->r1_m, row->blind_m, row->near_m};
-
     at = put_double(at, row->t_unix);
     for (size_t i = 0; i < sizeof values / sizeof *values; i++)
         at = put_float(at, values[i]);
@@ -192,7 +180,6 @@ size_t view_rows_part(const struct view_rows *rows, uint64_t *seen, uint8_t *out
     const size_t name = strlen(rows->sensor);
     size_t n = 0;
     uint8_t *at = out;
-
     for (size_t i = 0; i < VIEW_ROWS_MAX && rows->row[i].changed; i++)
         if (rows->row[i].changed > *seen)
             newer[n++] = &rows->row[i];

@@ -21,21 +21,18 @@
 static double number(const json_t *object, const char *key)
 {
     const json_t *value = json_object_get(object, key);
-
     return json_is_number(value) ? json_number_value(value) : NAN;
 }
 
 static const char *text(const json_t *object, const char *key)
 {
     const char *value = json_string_value(json_object_get(object, key));
-
     return value ? value : "";
 }
 
 static json_t *time_of(double t_unix)
 {
     const double t = t_unix > 0 && t_unix < 1e11 ? t_unix : 0, s = floor(t);
-
     return json_pack("{s:I, s:I}", "seconds", (json_int_t)s, "nanos", (json_int_t)((t - s) * 1e9));
 }
 
@@ -49,7 +46,6 @@ static json_t *quaternion(double roll, double pitch, double yaw)
 {
     const double cr = cos(roll / 2), sr = sin(roll / 2), cp = cos(pitch / 2), sp = sin(pitch / 2),
                  cy = cos(yaw / 2), sy = sin(yaw / 2);
-
     return json_pack("{s:f, s:f, s:f, s:f}", "x", sr * cp * cy - cr * sp * sy, "y", cr * sp * cy + sr * cp * sy,
                      "z", cr * cp * sy - sr * sp * cy, "w", cr * cp * cy + sr * sp * sy);
 }
@@ -64,7 +60,6 @@ static json_t *data_of(struct bytes *bytes)
 {
     const char *text = bytes->size > 0 ? (const char *)bytes->data : "";
     json_t *data = bytes->failed ? NULL : json_stringn_nocheck(text, bytes->size);
-
     free(bytes->data);
     *bytes = (struct bytes){0};
     return data;
@@ -87,7 +82,6 @@ static json_t *cloud(double t_unix, int stride, json_t *fields, struct bytes *po
 static const struct view_row *next_row(const struct view_rows *rows, uint64_t seen)
 {
     const struct view_row *next = NULL;
-
     for (size_t i = 0; i < VIEW_ROWS_MAX && rows->row[i].changed; i++)
         if (rows->row[i].changed > seen && (!next || rows->row[i].changed < next->changed))
             next = &rows->row[i];
@@ -100,7 +94,6 @@ static json_t *make_ping(const struct view_source *source, struct view_cursor *c
     const struct view_row *row = next_row(source->rows, cursor->row);
     struct bytes points = {0};
     json_t *fields;
-
     if (!row)
         return NULL;
     cursor->row = row->changed;
@@ -111,7 +104,6 @@ static json_t *make_ping(const struct view_source *source, struct view_cursor *c
         const int n = row->n_bins - i < pool ? row->n_bins - i : pool;
         const double r_m = (double)row->r0_m + (i + n / 2.0) * bin_m;
         uint8_t most = 0;
-
         for (int k = i; k < i + n; k++)
             most = row->bin[k] > most ? row->bin[k] : most;
         bytes_float(&points, r_m * cos(az));
@@ -131,12 +123,10 @@ static json_t *make_echoes(const struct view_source *source, struct view_cursor 
     const struct view_rows *rows = source->rows;
     struct bytes points = {0};
     json_t *fields = json_array();
-
     (void)cursor;
     for (size_t i = 0; i < VIEW_ROWS_MAX && rows->row[i].changed; i++) {
         const struct view_row *row = &rows->row[i];
         const double az = (double)row->az_deg * PI / 180;
-
         for (int k = 0; k < row->n_echoes; k++) {
             bytes_float(&points, (double)row->echo_m[k] * cos(az));
             bytes_float(&points, -(double)row->echo_m[k] * sin(az));
@@ -156,7 +146,6 @@ static json_t *make_echoes(const struct view_source *source, struct view_cursor 
 static json_t *make_image(const struct view_source *source, struct view_cursor *cursor)
 {
     struct bytes png = {0};
-
     (void)cursor;
     picture_png(source->rows, &png);
     return json_pack("{s:o, s:s, s:s, s:o}", "timestamp", time_of(source->rows->t_unix), "frame_id", "vehicle",
@@ -173,13 +162,11 @@ static json_t *make_slice(const struct view_source *source, struct view_cursor *
     const double step = number(slice, "step_m"), north = number(slice, "north_m"), east = number(slice, "east_m");
     uint8_t cells[SLICE_MAX * SLICE_MAX] = {0};
     json_t *fields;
-
     (void)cursor;
     if (n == 0 || n > SLICE_MAX || !isfinite(step + north + east))
         return NULL;
     for (size_t i = 0; i < n; i++) {
         const char *row = json_string_value(json_array_get(rows, n - 1 - i));
-
         for (size_t k = 0; row && row[k] && k < n; k++)
             cells[i * n + k] = row[k] == '.' ? 1 : row[k] == '#' ? 2 : 0;
     }
@@ -198,7 +185,6 @@ static bool place_of(const json_t *status, json_t **position, json_t **orientati
     const json_t *pose = json_object_get(status, "pose"), *place = json_object_get(pose, "position_m"),
                  *attitude = json_object_get(pose, "attitude_deg");
     double ned[3], rpy[3];
-
     if (json_array_size(place) != 3 || json_array_size(attitude) != 3)
         return false;
     for (size_t i = 0; i < 3; i++) {
@@ -213,7 +199,6 @@ static bool place_of(const json_t *status, json_t **position, json_t **orientati
 static json_t *make_pose(const struct view_source *source, struct view_cursor *cursor)
 {
     json_t *position, *orientation;
-
     (void)cursor;
     if (!place_of(source->result, &position, &orientation))
         return NULL;
@@ -224,7 +209,6 @@ static json_t *make_pose(const struct view_source *source, struct view_cursor *c
 static json_t *make_transform(const struct view_source *source, struct view_cursor *cursor)
 {
     json_t *position, *orientation;
-
     (void)cursor;
     if (!place_of(source->result, &position, &orientation))
         return NULL;
@@ -239,7 +223,6 @@ static json_t *make_transform(const struct view_source *source, struct view_curs
 static json_t *range_of(const json_t *sector)
 {
     json_t *range = json_object_get(sector, "range_m");
-
     if (json_is_number(range))
         return json_incref(range);
     return strcmp(text(sector, "state"), "clear") == 0 ? json_string("inf") : json_null();
@@ -250,7 +233,6 @@ static json_t *judged_of(const json_t *sector, double far_m)
 {
     const char *state = text(sector, "state");
     const double range_m = number(sector, "range_m");
-
     if (strcmp(state, "blocked") == 0 && isfinite(range_m))
         return json_real(fmin(range_m, far_m));
     return strcmp(state, "clear") == 0 ? json_string("inf") : json_null();
@@ -264,7 +246,6 @@ static json_t *make_scan(const struct view_source *source, struct view_cursor *c
     const double width = 2 * PI / (double)n, start = -width * (double)(n / 2),
                  far_m = number(source->result, "distance_m");
     json_t *ranges, *judged;
-
     (void)cursor;
     if (n == 0 || !isfinite(far_m))
         return NULL;
@@ -296,7 +277,6 @@ static void add_piece(json_t *triangles, const json_t *sector, double from_m, do
     json_t *points = json_object_get(triangles, "points"), *indices = json_object_get(triangles, "indices");
     const size_t first = json_array_size(points);
     const double az = number(sector, "azimuth_deg"), half = number(sector, "width_deg") / 2;
-
     if (!isfinite(az + half + from_m + to_m) || from_m >= to_m)
         return;
     for (int i = 0; i < 4; i++)
@@ -309,7 +289,6 @@ static void add_sector(json_t *const ring[RINGS], const json_t *sector, double f
 {
     const char *state = text(sector, "state");
     const double range_m = number(sector, "range_m");
-
     if (isfinite(range_m))
         add_piece(ring[RING_BLOCKED], sector, range_m, fmax(far_m, range_m + BAND_LEAST));
     if (strcmp(state, "blocked") == 0)
@@ -328,7 +307,6 @@ static json_t *make_ring(const struct view_source *source, struct view_cursor *c
     const json_t *sectors = json_object_get(source->result, "sectors"), *sector;
     json_t *ring[RINGS], *triangles = json_array();
     size_t k;
-
     (void)cursor;
     for (int i = 0; i < RINGS; i++)
         ring[i] = json_pack("{s:[], s:[], s:{s:f, s:f, s:f, s:f}}", "points", "indices", "color", "r",
@@ -374,10 +352,8 @@ static json_t *say_sensor(struct view_cursor *cursor, const json_t *status, cons
     char sentence[512], about[128];
     bool fine = strcmp(state, "running") == 0;
     size_t n = (size_t)snprintf(sentence, sizeof sentence, "%s", state);
-
     for (size_t i = 0; i < sizeof doubts / sizeof *doubts; i++) {
         const char *doubt = text(sensor, doubts[i]);
-
         if (doubt[0] && n < sizeof sentence) {
             n += (size_t)snprintf(sentence + n, sizeof sentence - n, "; %s", doubt);
             fine = false;
@@ -393,7 +369,6 @@ static json_t *make_log(const struct view_source *source, struct view_cursor *cu
     const char *data = text(status, "data");
     json_t *log = say(cursor, status, "data", data, strcmp(data, "ok") == 0);
     size_t i;
-
     json_array_foreach(json_object_get(status, "sensors"), i, sensor) log =
         log ? log : say_sensor(cursor, status, sensor);
     log = log ? log : say(cursor, status, "pose", text(pose, "missing"), false);

@@ -43,7 +43,6 @@ static bool prepare_terminal(const char *terminal)
 static bool may_replace(const char *path, struct fault *fault)
 {
     struct stat there;
-
     if (lstat(path, &there) < 0)
         return true;
     if (!S_ISLNK(there.st_mode))
@@ -58,7 +57,6 @@ static bool may_replace(const char *path, struct fault *fault)
 static bool make_link(const struct serial_mirror *mirror, struct fault *fault)
 {
     char temporary[PATH_BYTES + 24];
-
     if (!may_replace(mirror->link, fault))
         return false;
     snprintf(temporary, sizeof temporary, "%s.%ld", mirror->link, (long)getpid());
@@ -74,7 +72,6 @@ static bool make_link(const struct serial_mirror *mirror, struct fault *fault)
 struct serial_mirror *serial_mirror_open(const char *path, struct fault *fault)
 {
     struct serial_mirror *mirror = calloc(1, sizeof *mirror);
-
     if (!mirror) {
         fault_set(fault, "out of memory");
         return NULL;
@@ -127,7 +124,6 @@ static void flush_left_over(const struct serial_mirror *mirror)
 void serial_mirror_write(struct serial_mirror *mirror, const uint8_t *bytes, size_t n)
 {
     bool listens = somebody_listens(mirror);
-
     throw_away_input(mirror);
     if (!listens) {
         if (mirror->heard)
@@ -150,7 +146,6 @@ void serial_mirror_status(const struct serial_mirror *mirror, struct serial_mirr
 void serial_mirror_close(struct serial_mirror *mirror)
 {
     char target[sizeof mirror->terminal];
-
     if (!mirror)
         return;
     ssize_t n = readlink(mirror->link, target, sizeof target);

@@ -19,7 +19,6 @@ void reference_write_target(struct json_out *out, const struct methods_env *d)
 {
     char text[CONF_TARGET_SIZE], both[2 * CONF_TARGET_SIZE];
     int ranges = 0;
-
     for (int i = 0; i < d->conf.n_sonars; i++)
         ranges += d->plan.ranges[i];
     conf_target_text(&d->conf.extract, text);

@@ -23,7 +23,6 @@
 static bool lock(int fd)
 {
     const struct timespec pause = {.tv_nsec = LOCK_PAUSE_NS};
-
     for (int i = 0; i < LOCK_TRIES; i++) {
         if (flock(fd, LOCK_EX | LOCK_NB) == 0)
             return true;
@@ -41,7 +40,6 @@ static int lock_directory(const char *path, struct fault *fault)
     char directory[sizeof((struct sockaddr_un *)0)->sun_path];
     const char *slash = strrchr(path, '/');
     int fd;
-
     if (!slash)
         strcpy(directory, ".");
     else
@@ -63,7 +61,6 @@ static bool clear_path(const struct sockaddr_un *address, struct fault *fault)
     const char *path = address->sun_path;
     struct stat st;
     int fd, failure;
-
     if (lstat(path, &st) < 0) {
         if (errno == ENOENT)
             return true;
@@ -92,7 +89,6 @@ static int bind_and_listen(const struct sockaddr_un *address, unsigned mode, str
 {
     int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     bool bound, ok;
-
     if (fd < 0) {
         fault_set(fault, "socket %s: %s", address->sun_path, strerror(errno));
         return -1;
@@ -118,7 +114,6 @@ int listen_unix(const char *path, unsigned mode, struct fault *fault)
     struct sockaddr_un address = {.sun_family = AF_UNIX};
     const size_t length = strlen(path);
     int lock, fd = -1;
-
     if (length == 0 || length >= sizeof address.sun_path) {
         fault_set(fault, "socket path has %zu bytes, expected 1 to %zu", length, sizeof address.sun_path - 1);
         return -1;

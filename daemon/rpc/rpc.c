@@ -35,7 +35,6 @@ static bool too_deep(const char *line, size_t n)
 {
     int depth = 0;
     bool in_string = false;
-
     for (size_t i = 0; i < n; i++) {
         if (in_string) {
             if (line[i] == '\\')
@@ -67,7 +66,6 @@ static void reply_begin(struct reply *reply)
 static void reply_id(struct json_out *out, const json_t *id)
 {
     char *text = json_is_real(id) ? json_dumps(id, ID_FLAGS) : NULL;
-
     json_out_put(out, ",\"id\":");
     if (text)
         json_out_put(out, text);
@@ -118,7 +116,6 @@ bool rpc_refuse_method(const struct rpc_method *methods, const char *name, struc
 {
     size_t best = WORD_FAR;
     const char *meant = NULL;
-
     for (; methods->name; methods++)
         if (word_is_nearest(name, methods->name, &best))
             meant = methods->name;
@@ -162,7 +159,6 @@ static bool begin_method(const struct rpc_method *methods, const struct rpc_call
                          json_t *params, struct json_out *out, struct rpc_error *error)
 {
     const struct rpc_method *m = rpc_find(methods, method);
-
     if (!m)
         return rpc_refuse_method(methods, method, error);
     if (m->right == RPC_CHANGES && call->refusal)
@@ -179,7 +175,6 @@ enum rpc_outcome rpc_answer(const struct rpc_method *methods, const struct rpc_c
 {
     struct rpc_work *work = call->work;
     rpc_part_fn *part = work->part;
-
     *error = (struct rpc_error){0};
     if (!part && !work->postponed)
         work->before = out->n;
@@ -214,7 +209,6 @@ static bool check_request(json_t *request, struct rpc_error *error)
 {
     static const char *const members[] = {"jsonrpc", "method", "params", "id", NULL};
     const json_t *version, *method, *id, *params;
-
     if (!json_is_object(request))
         return rpc_refuse(error, RPC_INVALID_REQUEST, "a request is an object, found %s", params_kind(request));
     if (!params_refuse_other(request, members, error)) {
@@ -247,7 +241,6 @@ static bool handle_request(struct rpc_job *job, const struct rpc_method *methods
     const json_t *id = json_object_get(request, "id");
     enum rpc_outcome outcome = RPC_FAILED;
     json_t *params;
-
     if (!check_request(request, &error)) {
         reply_error(reply, call, id && id_allowed(id) ? id : NULL, &error);
         return true;
@@ -282,7 +275,6 @@ static bool handle_request(struct rpc_job *job, const struct rpc_method *methods
 static bool parse_line(struct rpc_job *job, const char *line, size_t n, struct rpc_error *error)
 {
     json_error_t where;
-
     if (n > RPC_LINE_MAX)
         return rpc_refuse(error, RPC_LIMIT, "the line is longer than %d bytes", RPC_LINE_MAX);
     if (too_deep(line, n))
@@ -311,7 +303,6 @@ struct rpc_job *rpc_begin(const struct rpc_call *call, const char *line, size_t 
 {
     struct rpc_job *job = calloc(1, sizeof *job);
     struct rpc_error error;
-
     if (!job)
         return NULL;
     if (!parse_line(job, line, n, &error))
@@ -324,7 +315,6 @@ bool rpc_step(struct rpc_job *job, const struct rpc_method *methods, const struc
     if (job->next < job->end) {
         json_t *request = job->reply.batch ? json_array_get(job->value, job->next) : job->value;
         struct rpc_call part = *call;
-
         part.work = &job->work;
         job->work.resume = call->resume;
         job->work.ctx = call->client;
@@ -352,7 +342,6 @@ bool rpc_waits(const struct rpc_job *job)
 bool rpc_end(struct rpc_job *job, char **reply)
 {
     struct json_out *out = &job->reply.out;
-
     rpc_work_end(&job->work);
     json_out_cut(out, job->reply.whole);
     if (job->reply.n > 0) {
@@ -375,7 +364,6 @@ char *rpc_refusal(const char *message)
 {
     struct rpc_error error;
     struct json_out out = {0};
-
     rpc_refuse(&error, RPC_LIMIT, "%s", message);
     json_out_put(&out, "{\"jsonrpc\":\"2.0\",");
     put_error(&out, &error);

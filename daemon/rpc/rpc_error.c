@@ -18,7 +18,6 @@ static void make_harmless(struct rpc_error *error)
 bool rpc_refuse(struct rpc_error *error, int code, const char *fmt, ...)
 {
     va_list args;
-
     error->code = code;
     va_start(args, fmt);
     vsnprintf(error->message, sizeof error->message, fmt, args);

@@ -58,7 +58,6 @@ static struct session **idle_slot(struct server *server, bool for_owner)
 {
     struct session **idlest = NULL;
     uint64_t since_ns = LOOP_NEVER;
-
     for (int i = 0; i < server->n_slots; i++) {
         const uint64_t idle_ns =
             server->sessions[i] ? session_idle_since(server->sessions[i], for_owner) : LOOP_NEVER;
@@ -77,7 +76,6 @@ static struct session **idle_slot(struct server *server, bool for_owner)
 static bool is_for_keeping(const struct server *server, const struct peer *peer)
 {
     int kept = 0;
-
     if (!keep_has(&server->keep, peer))
         return false;
     for (int i = 0; i < server->n_slots && kept < KEPT_PER_PROGRAM; i++)
@@ -110,7 +108,6 @@ static struct session **displace(struct server *server, amount_fn *amount, const
 {
     char who[PEER_WHO_SIZE], why[2 * PEER_WHO_SIZE];
     int n = 0;
-
     keep_anew(server); /* of two that were kept one may have gone */
     for (int i = 0; i < server->n_slots; i++)
         if (server->sessions[i]) {
@@ -131,7 +128,6 @@ static bool make_watch_room(void *ctx, const struct session *session, double sha
 {
     struct server *server = ctx;
     const struct share wanted = {.peer = session_peer(session), .amount = share, .kept = session_is_kept(session)};
-
     return displace(server, session_watch_share, "watches", &wanted) != NULL;
 }
 
@@ -140,7 +136,6 @@ static struct session **slot_for(struct server *server, int fd, const struct pee
 {
     struct session **slot;
     struct fault why;
-
     if (server->host.stats.clients_now >= (uint64_t)server->max_clients) {
         const bool is_owner = rights_judge(&server->host.rights, fd, &why);
         if (!is_owner || server->host.stats.clients_now >= (uint64_t)server->n_slots) {
@@ -162,7 +157,6 @@ static void refuse_client(struct server *server, int fd, uint64_t now_ns)
 {
     char message[64];
     char *line;
-
     snprintf(message, sizeof message, "at most %d clients are served at a time", server->max_clients);
     line = rpc_refusal(message);
     if (line && send(fd, line, strlen(line), MSG_NOSIGNAL) > 0)
@@ -180,7 +174,6 @@ static bool take_client(struct server *server, int fd, uint64_t now_ns)
 {
     const bool full = server->host.stats.clients_now >= (uint64_t)server->max_clients;
     struct peer peer;
-
     peer_of(fd, &peer);
     if (server->keep.unknown && server->worker && now_ns >= server->looked_ns + LOOK_AGAIN_NS)
         look_up_names(server, false);
@@ -200,7 +193,6 @@ static bool take_client(struct server *server, int fd, uint64_t now_ns)
 static void resume_accepting(void *ctx, uint64_t now_ns)
 {
     struct server *server = ctx;
-
     (void)now_ns;
     loop_change(server->host.loop, &server->listener, EPOLLIN);
 }
@@ -208,11 +200,9 @@ static void resume_accepting(void *ctx, uint64_t now_ns)
 static void on_connection(void *ctx, uint32_t epoll_events, uint64_t now_ns)
 {
     struct server *server = ctx;
-
     (void)epoll_events;
     for (int i = 0; i < ACCEPTS_PER_TURN; i++) {
         const int fd = accept4(server->listener.fd, NULL, NULL, SOCK_NONBLOCK | SOCK_CLOEXEC);
-
         if (fd < 0 && (errno == EINTR || errno == ECONNABORTED))
             continue;
         if (fd < 0 && errno == EAGAIN)
@@ -238,7 +228,6 @@ static struct rpc_method *add_own_methods(const struct rpc_method *methods)
         {.name = NULL}};
     struct rpc_method *all;
     size_t n = 0;
-
     while (methods[n].name)
         n++;
     all = malloc(n * sizeof *all + sizeof own);
@@ -267,7 +256,6 @@ static char *path_of(int fd)
 {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
     socklen_t length = sizeof address - 1; /* a path may come without its end */
-
     getsockname(fd, (struct sockaddr *)&address, &length);
     return strdup(address.sun_path);
 }
@@ -276,7 +264,6 @@ static char *path_of(int fd)
 static void remove_file(const struct server *server)
 {
     struct stat now;
-
     if (!server->inherited && lstat(server->path, &now) == 0 && now.st_dev == server->file.st_dev &&
         now.st_ino == server->file.st_ino)
         unlink(server->path);
@@ -286,7 +273,6 @@ static struct server *new_server(struct loop *loop, const struct server_conf *co
                                  const struct rpc_method *methods, void *daemon)
 {
     struct server *server = calloc(1, sizeof *server);
-
     if (!server)
         return NULL;
     server->methods = add_own_methods(methods);
@@ -319,7 +305,6 @@ static struct server *new_server(struct loop *loop, const struct server_conf *co
 static void take_rights(struct server *server, const struct rights *rights)
 {
     const bool known = strcmp(server->host.rights.unknown, rights->unknown) == 0;
-
     server->host.rights = *rights;
     if (rights->unknown[0] && !known)
         log_line(LOG_WARNING, "right_unknown", "[server] change: there is %s here: that gives nobody a right",
@@ -333,7 +318,6 @@ struct server *server_start(struct loop *loop, const struct server_conf *conf, c
                             void *daemon, struct fault *fault)
 {
     struct server *server = new_server(loop, conf, methods, daemon);
-
     if (!server) {
         fault_set(fault, "socket %s: out of memory", conf->path);
         return NULL;
@@ -415,7 +399,6 @@ void server_set_names(struct server *server, const char *change, const char *kee
     struct rights known;
     const bool complete = rights_set_numbers(&known, change, server->file.st_gid);
     const bool same = strcmp(change, server->change) == 0;
-
     known.unknown[0] = '\0'; /* that is to be found out */
     if (complete || !same)
         take_rights(server, &known);

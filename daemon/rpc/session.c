@@ -65,7 +65,6 @@ static size_t waiting(const struct session *session)
 static void tell_cut(struct session *session, uint64_t now_ns, const char *why)
 {
     char who[PEER_WHO_SIZE];
-
     session->host->stats.clients_cut++;
     log_limited(now_ns, LOG_NOTICE, LOG_ABOUT(.event = "client_cut"), "client cut off (%s): %s",
                 peer_who(&session->peer, who), why);
@@ -82,7 +81,6 @@ static bool reserve_out(struct session *session, size_t n)
 {
     size_t size = session->out_size ? session->out_size : IN_START_BYTES;
     char *out;
-
     if (session->out_start > 0) {
         memmove(session->out, session->out + session->out_start, waiting(session));
         session->out_len -= session->out_start;
@@ -105,7 +103,6 @@ static bool reserve_out(struct session *session, size_t n)
 static void queue(struct session *session, char *text, uint64_t now_ns)
 {
     const size_t n = text ? strlen(text) + 1 : 0;
-
     if (n > OUT_PAUSE_BYTES && n <= OUT_MAX_BYTES && waiting(session) == 0) {
         free(session->out);
         session->out = text;
@@ -146,7 +143,6 @@ static uint64_t patience_left(const struct session *session)
 static void flush(struct session *session)
 {
     const size_t end = session->out_start + FLUSH_BYTES;
-
     while (!session->dead && waiting(session) > 0) {
         const ssize_t n =
             send(session->io.fd, session->out + session->out_start, waiting(session), MSG_NOSIGNAL | MSG_DONTWAIT);
@@ -212,7 +208,6 @@ static void charge(struct session *session, uint64_t started_ns, bool begins)
 {
     const uint64_t spent_ns = session->host->clock() - started_ns;
     const double requests = (double)spent_ns / REQUEST_NS;
-
     session->spent_ns += spent_ns;
     latency_add(&session->host->spent, spent_ns);
     if (!session->host->no_rate_limit)
@@ -222,7 +217,6 @@ static void charge(struct session *session, uint64_t started_ns, bool begins)
 static void reply(struct session *session, uint64_t now_ns)
 {
     char *text;
-
     if (!rpc_end(session->job, &text))
         cut(session, now_ns, "out of memory");
     else if (text)
@@ -237,7 +231,6 @@ static bool begin_line(struct session *session, const struct rpc_call *call, siz
     const char *line = session->in + *at;
     const size_t left = session->in_len - *at;
     const char *end = left > 0 ? memchr(line, '\n', left) : NULL;
-
     if (!end && (left == 0 || !session->eof))
         return false;
 
@@ -265,11 +258,9 @@ static void handle_lines(struct session *session, uint64_t now_ns)
                                   .counts = &host->counts,
                                   .shared = &host->shared};
     size_t at = 0;
-
     while (may_handle(session) && !turn_over(session)) {
         const uint64_t started_ns = host->clock(), requests = host->counts.requests;
         const bool line_begins = !session->job;
-
         if (line_begins && !begin_line(session, &call, &at))
             break;
         if (!rpc_step(session->job, host->methods, &call))
@@ -295,10 +286,8 @@ static void tell_watches(struct session *session, uint64_t now_ns)
     for (int n = 0; n < WATCH_MAX && may_handle(session) && waiting(session) == 0 && !turn_over(session);) {
         struct watch *watch = &session->watches.watch[session->next_watch];
         const uint64_t started_ns = session->host->clock();
-
         if (watch->id != 0 && watch->late) {
             const bool begins = !watch->started, unfinished = watch_write(watch, now_ns);
-
             if (!unfinished) {
                 session->host->stats.notifications_skipped += watch_skipped(watch, now_ns);
                 queue(session, watch_take(watch, now_ns), now_ns);
@@ -319,7 +308,6 @@ static void tell_watches(struct session *session, uint64_t now_ns)
 static void note_arrival(struct session *session, bool left)
 {
     const uint64_t seen_ns = loop_since(session->host->loop);
-
     session->since_ns = session->empty_ns;
     if (!session->left && seen_ns > session->listen_ns && seen_ns > session->empty_ns)
         session->since_ns = seen_ns;
@@ -334,7 +322,6 @@ static void receive(struct session *session)
     if (session->in_len == session->in_size) {
         const size_t size = 2 * session->in_size < IN_MAX_BYTES ? 2 * session->in_size : IN_MAX_BYTES;
         char *in = realloc(session->in, size);
-
         if (!in) {
             session->dead = true;
             return;
@@ -360,7 +347,6 @@ static void end(struct session *session)
     struct session_host *host = session->host;
     const int fd = session->io.fd;
     char *unfinished = NULL;
-
     host->stats.notifications_skipped += session_skipped(session);
     watch_clear(&session->watches);
     if (session->job)
@@ -392,7 +378,6 @@ static bool is_over(const struct session *session)
 static bool has_next_turn(const struct session *session)
 {
     struct pollfd socket = {.fd = session->io.fd, .events = POLLOUT};
-
     return poll(&socket, 1, 0) > 0;
 }
 
@@ -402,7 +387,6 @@ static void let_go(struct session *session)
 {
     const bool goes_on = line_waiting(session) || watch_waiting(session);
     const bool held = !may_handle(session) || waiting(session) > 0 || (goes_on && !has_next_turn(session));
-
     if (held && session->job)
         rpc_let_go(session->job);
     if (held || (line_waiting(session) && !line_held(session)))
@@ -414,7 +398,6 @@ static void settle_session(struct session *session, uint64_t now_ns)
     const bool lines = line_waiting(session) && !session->closing;
     uint64_t wake_ns = LOOP_NEVER;
     uint32_t events = 0;
-
     if (is_over(session)) {
         end(session);
         return;
@@ -442,7 +425,6 @@ static void settle_session(struct session *session, uint64_t now_ns)
 static void work(struct session *session, uint64_t now_ns)
 {
     const uint64_t turn = loop_turns(session->host->loop);
-
     if (turn != session->turn)
         session->spent_ns = 0;
     session->turn = turn;
@@ -471,7 +453,6 @@ static void on_resume(void *client)
 static void on_ready(void *ctx, uint32_t epoll_events, uint64_t now_ns)
 {
     struct session *session = ctx;
-
     (void)now_ns;
     if (epoll_events & (EPOLLHUP | EPOLLERR))
         session->gone = true;
@@ -483,7 +464,6 @@ static void on_ready(void *ctx, uint32_t epoll_events, uint64_t now_ns)
 static void on_wake(void *ctx, uint64_t now_ns)
 {
     struct session *session = ctx;
-
     if (waiting(session) > 0 && patience_left(session) == 0)
         cut(session, now_ns, "it does not read its replies");
     work(session, now_ns);
@@ -492,14 +472,12 @@ static void on_wake(void *ctx, uint64_t now_ns)
 static bool on_watches_full(void *ctx, double share)
 {
     const struct session *session = ctx;
-
     return session->host->make_room(session->host->server, session, share);
 }
 
 static void on_watch(void *ctx, uint64_t now_ns)
 {
     struct session *session = ctx;
-
     if (waiting(session) == 0)
         work(session, now_ns); /* sends it, when the client may have it now */
 }
@@ -510,7 +488,6 @@ bool session_open(struct session_host *host, int fd, struct session **slot)
     char *in = malloc(IN_START_BYTES);
     const uint64_t now_ns = loop_now(host->loop);
     const int send_bytes = OUT_PAUSE_BYTES;
-
     if (!session || !in)
         goto fail;
     *session = (struct session){
@@ -572,7 +549,6 @@ uint64_t session_idle_since(const struct session *session, bool for_owner)
     const uint64_t now_ns = patience_clock(session->host);
     const bool is_owner = session->refusal.text[0] == '\0', stuck = waiting(session) > 0;
     const uint64_t since_ns = stuck ? session->progress_ns : session->active_ns;
-
     if ((is_owner && !for_owner) || (!stuck && (line_waiting(session) || watch_any(&session->watches))))
         return LOOP_NEVER;
     return now_ns - since_ns >= (stuck ? STUCK_NS : session->host->client_timeout_ns) ? since_ns : LOOP_NEVER;
@@ -609,7 +585,6 @@ struct share session_share(const struct session *session, double amount)
 void session_displace(struct session *session, const char *why)
 {
     const uint64_t now_ns = loop_now(session->host->loop);
-
     tell_cut(session, now_ns, why);
     queue(session, rpc_refusal(why), now_ns);
     flush(session);
@@ -619,7 +594,6 @@ void session_displace(struct session *session, const char *why)
 uint64_t session_skipped(const struct session *session)
 {
     uint64_t skipped = 0;
-
     for (int i = 0; i < WATCH_MAX; i++)
         if (session->watches.watch[i].id != 0)
             skipped += watch_skipped(&session->watches.watch[i], loop_now(session->host->loop));
@@ -634,13 +608,11 @@ void session_tell(struct session *session, const char *method)
 bool method_watch(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
 {
     struct session *session = call->client;
-
     return watch_add(&session->watches, params, call->now_ns, out, error);
 }
 
 bool method_unwatch(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
 {
     struct session *session = call->client;
-
     return watch_remove(&session->watches, params, out, error);
 }

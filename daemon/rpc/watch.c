@@ -9,7 +9,6 @@ static void on_timer(void *ctx, uint64_t now_ns)
 {
     struct watch *watch = ctx;
     const uint64_t due_ns = watch->timer.due_ns;
-
     /* Periods missed while the loop was away are not made up for. */
     watch->due_ns = due_ns + watch->period_ns <= now_ns ? now_ns : due_ns;
     watch->late = true;
@@ -21,7 +20,6 @@ static void on_timer(void *ctx, uint64_t now_ns)
 static const char *find_watchable(const struct rpc_method *methods, const char *name, struct rpc_error *error)
 {
     const struct rpc_method *method = rpc_find(methods, name);
-
     if (method && method->right == RPC_ASKS)
         return method->name;
     if (method)
@@ -42,7 +40,6 @@ static struct watch *free_watch(struct watch_set *set)
 static double client_rate_hz(const struct watch_set *set)
 {
     double rate_hz = 0.0;
-
     for (int i = 0; i < WATCH_MAX; i++)
         rate_hz += set->watch[i].id != 0 ? set->watch[i].rate_hz : 0.0;
     return rate_hz;
@@ -56,7 +53,6 @@ double watch_share_of(double rate_hz)
 double watch_share(const struct watch_set *set)
 {
     double share = 0.0;
-
     for (int i = 0; i < WATCH_MAX; i++)
         share += set->watch[i].id != 0 ? watch_share_of(set->watch[i].rate_hz) : 0.0;
     return share;
@@ -66,7 +62,6 @@ static bool is_full(const struct watch_set *set, double rate_hz)
 {
     const int n = WATCH_ALL_MAX + (set->kept ? WATCH_MAX : 0);
     const double all_hz = WATCH_ALL_HZ + (set->kept ? WATCH_CLIENT_HZ : 0.0);
-
     return set->all->n >= n || set->all->rate_hz + rate_hz > all_hz;
 }
 
@@ -106,7 +101,6 @@ bool watch_add(struct watch_set *set, json_t *params, uint64_t now_ns, struct js
     const char *method = find_watchable(set->methods, params_text(params, "method"), error);
     json_t *watched = json_object_get(params, "params");
     const double rate_hz = params_number(params, "rate_hz");
-
     if (!method)
         return false;
     if (!watch) {
@@ -140,7 +134,6 @@ static void end(struct watch *watch)
 bool watch_remove(struct watch_set *set, json_t *params, struct json_out *out, struct rpc_error *error)
 {
     const int64_t id = params_integer(params, "watch");
-
     for (int i = 0; i < WATCH_MAX; i++) {
         if (set->watch[i].id == id) {
             end(&set->watch[i]);

@@ -101,14 +101,13 @@ static bool take_data(struct text *t, struct canfd_frame *frame, unsigned most)
 static bool is_fd_length(unsigned n)
 {
     static const uint8_t lengths[] = {12, 16, 20, 24, 32, 48, 64};
-    return n <= CAN_MAX_DLEN || memchr(lengths, (int)n, sizeof(lengths));
+    return n <= CAN_MAX_DLEN || memchr(lengths, (int)n, sizeof lengths);
 }
 
 /* What stands behind "ID#": data, 'R' for a remote request, or '#' and the flags of CAN FD. */
 static bool take_content(struct text *t, struct candump_frame *out)
 {
     struct canfd_frame *frame = &out->frame;
-
     out->n = CAN_MTU;
     if (take_char(t, '#')) {
         int flags = take_hex(t);
@@ -131,8 +130,7 @@ static bool take_content(struct text *t, struct candump_frame *out)
 bool candump_line(const char *text, size_t n, struct candump_frame *out)
 {
     struct text t = {text, text + n};
-
-    memset(out, 0, sizeof(*out));
+    memset(out, 0, sizeof *out);
     if (!take_time(&t, &out->t_ns) || !take_char(&t, ' ') || !take_name(&t, out->name) || !take_char(&t, ' ') ||
         !take_id(&t, &out->frame.can_id) || !take_char(&t, '#') || !take_content(&t, out))
         return false;
@@ -196,8 +194,7 @@ static bool judge_differences(struct candump *log)
 struct candump *candump_open(const char *path, struct fault *fault)
 {
     struct candump_frame first;
-    struct candump *log = calloc(1, sizeof(*log));
-
+    struct candump *log = calloc(1, sizeof *log);
     if (!log) {
         fault_set(fault, "out of memory");
         return NULL;

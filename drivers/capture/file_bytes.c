@@ -52,7 +52,6 @@ struct file_bytes *file_bytes_open(const char *path, struct fault *fault)
     struct stat st;
     struct file_bytes *f = NULL;
     const int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-
     if (fd < 0 || fstat(fd, &st) != 0)
         fault_set(fault, "%s: %s", path, strerror(errno));
     else if (!S_ISREG(st.st_mode) || st.st_size == 0)

@@ -267,7 +267,6 @@ bool mcap_write_message(struct mcap_writer *w, int channel, const struct mcap_me
 {
     const size_t size = message->size;
     const uint64_t log_ns = message->log_ns;
-
     if (channel < 0 || (unsigned)channel >= w->n_channels)
         return fault_set(fault, "there is no channel %d", channel);
     if (size > w->message_bytes)
@@ -376,7 +375,6 @@ int mcap_add_channel(struct mcap_writer *w, const char *topic, const char *encod
 {
     const struct mcap_channel channel = {
         .topic = topic, .encoding = encoding, .metadata = metadata, .n_metadata = n_metadata};
-
     return add_channel(w, &channel, fault);
 }
 

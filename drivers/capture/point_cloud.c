@@ -140,7 +140,6 @@ static bool write_capture(struct mcap_writer *w, const struct point_cloud *cloud
     const int channel = schema_id > 0 ? mcap_add_channel_of(w, schema_id, topic, "json", fault) : -1;
     const struct mcap_message message = {
         .log_ns = cloud->t_unix_ns, .publish_ns = cloud->t_unix_ns, .data = json, .size = size};
-
     return channel >= 0 && mcap_write_message(w, channel, &message, fault);
 }
 

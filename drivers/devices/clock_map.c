@@ -52,7 +52,7 @@ static void add(struct clock_map *map, struct clock_sample s)
     uint32_t old = map->n == CLOCK_MAP_SAMPLES;
     while (old < map->n && s.device_ns - map->sample[old].device_ns > CLOCK_MAP_WINDOW_NS)
         old++;
-    memmove(map->sample, map->sample + old, (map->n - old) * sizeof(map->sample[0]));
+    memmove(map->sample, map->sample + old, (map->n - old) * sizeof map->sample[0]);
     map->n -= old;
     map->sample[map->n++] = s;
 }
@@ -101,7 +101,6 @@ static bool fit(struct clock_map *map)
     const uint32_t n = lower_hull(map, hull);
     const double mean = mean_device_ns(map);
     uint32_t edge = 1; /* from corner edge - 1 to corner edge */
-
     while (edge + 1 < n && (double)(hull[edge]->device_ns - map->sample[0].device_ns) < mean)
         edge++;
     map->drift = 0.0;

@@ -25,7 +25,6 @@ void contest_ping(struct contest *c, struct device_status *status, bool polled, 
                   const struct device_io *io)
 {
     const unsigned lost = (unsigned)(status->timeouts - c->timeouts);
-
     if (lost > 0 && status->restarts > c->restarts)
         c->level += LOST_RESTART;
     else

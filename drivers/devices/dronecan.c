@@ -23,7 +23,7 @@ uint16_t dronecan_crc(uint16_t crc, const uint8_t *bytes, size_t n)
 
 void dronecan_receiver_init(struct dronecan_receiver *r, uint64_t signature)
 {
-    memset(r, 0, sizeof(*r));
+    memset(r, 0, sizeof *r);
     r->signature = signature;
 }
 
@@ -34,7 +34,7 @@ void dronecan_receiver_reset(struct dronecan_receiver *r)
 
 static bool append(struct dronecan_partial *p, const uint8_t *bytes, size_t n)
 {
-    if (n > sizeof(p->payload) - p->n)
+    if (n > sizeof p->payload - p->n)
         return false;
     memcpy(p->payload + p->n, bytes, n);
     p->n += n;
@@ -54,7 +54,6 @@ static enum dronecan_result begin_transfer(struct dronecan_partial *p, const uin
                                            uint8_t tail, uint64_t now_ns)
 {
     uint8_t transfer = tail & TAIL_TRANSFER;
-
     p->active = false;
     if (tail & TAIL_TOGGLE)
         return DRONECAN_STRAY;
@@ -95,7 +94,6 @@ enum dronecan_result dronecan_receive(struct dronecan_receiver *r, const struct 
 {
     uint8_t node = frame->can_id & 0x7F;
     struct dronecan_partial *p = &r->node[node];
-
     if (frame->len == 0 || node == 0) /* an anonymous node has no address yet, and never a sensor's data */
         return DRONECAN_BAD;
     size_t n = frame->len - 1u;

@@ -27,7 +27,7 @@ static bool dronecan_init(void *state, const struct device_conf *conf, struct fa
     struct dronecan *d = state;
     if (!device_conf_check(&device_dronecan, conf, fault))
         return false;
-    memset(d, 0, sizeof(*d));
+    memset(d, 0, sizeof *d);
     receiver_init(&d->receiver, conf, "DroneCAN range sensor", PATIENCE_NS);
     dronecan_receiver_init(&d->transfers, DRONECAN_MEASUREMENT_SIGNATURE);
     return true;
@@ -60,7 +60,6 @@ static void on_measurement(struct dronecan *d, const struct dronecan_measurement
     const double fov = m->field_of_view_rad;
     struct receiver_range range = {.resolution_m = m->resolution_m,
                                    .aperture_rad = fov > 0.001 && fov < GEO_PI ? fov : APERTURE_DEFAULT};
-
     if (m->reading_type == DRONECAN_READING_VALID) {
         if (!(m->range_m > 0 && isfinite(m->range_m))) {
             d->receiver.status.bad_frame++;
@@ -96,7 +95,6 @@ static void on_transfer(struct dronecan *d, const struct dronecan_transfer *t, u
 {
     struct receiver *l = &d->receiver;
     struct dronecan_measurement m;
-
     if (!dronecan_decode_measurement(t->payload, t->n, &m)) {
         l->status.bad_frame++;
         return;
@@ -112,7 +110,7 @@ static void on_transfer(struct dronecan *d, const struct dronecan_transfer *t, u
     }
     if (!is_believed(d, t->node, m.sensor_id, now_ns, io))
         return;
-    snprintf(l->status.what, sizeof(l->status.what), "DroneCAN node %u sensor %u", t->node, m.sensor_id);
+    snprintf(l->status.what, sizeof l->status.what, "DroneCAN node %u sensor %u", t->node, m.sensor_id);
     receiver_heard(l, now_ns, io);
     on_measurement(d, &m, now_ns, io);
 }
@@ -123,7 +121,6 @@ static void dronecan_feed(void *state, const uint8_t *bytes, size_t n, uint64_t 
     struct device_status *status = &d->receiver.status;
     struct dronecan_transfer transfer;
     struct canfd_frame frame;
-
     if (!can_frame_read(bytes, n, &frame)) {
         status->garbage_bytes += n;
         return;

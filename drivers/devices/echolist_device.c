@@ -65,7 +65,6 @@ static bool read_decimal(const char **p, double *out)
     const bool negative = **p == '-';
     double value = 0.0, unit = 1.0;
     int digits = 0, decimals = 0;
-
     *p += negative;
     for (; **p >= '0' && **p <= '9'; (*p)++, digits++)
         value = 10.0 * value + (**p - '0');
@@ -98,7 +97,6 @@ static bool take_checksum(char *line)
 {
     char *star = strchr(line, '*');
     unsigned sum = 0;
-
     if (!star)
         return true;
     for (const char *c = line + 1; c < star; c++)
@@ -112,7 +110,6 @@ static bool take_checksum(char *line)
 static bool read_report(const char *p, struct report *r)
 {
     double n, percent, last_us = 0.0;
-
     if (!read_field(&p, -SCAN_MAX_DEG, SCAN_MAX_DEG, &r->scan_deg) ||
         !read_field(&p, -TILT_MAX_DEG, TILT_MAX_DEG, &r->tilt_deg) || !read_field(&p, 0, ECHOES_MAX, &n) ||
         n != floor(n))
@@ -136,7 +133,6 @@ static bool new_turn(struct echolist *d, double scan_deg)
     const double step = geo_deg(geo_wrap_pi(geo_rad(scan_deg - d->scan_deg)));
     const bool back = step * d->turned_deg < 0.0;
     const bool round = fabs(d->turned_deg + step) >= 360.0 - 1e-6;
-
     d->scan_deg = scan_deg;
     d->turned_deg = back || round || !d->answered ? 0.0 : d->turned_deg;
     if (d->answered && !round)
@@ -149,7 +145,6 @@ static void fill_beams(const struct echolist *d, const struct report *r, struct 
 {
     const struct ping_beam axis = {.az_rad = (float)geo_wrap(geo_rad(r->scan_deg)),
                                    .el_rad = (float)geo_rad(r->tilt_deg)};
-
     ping->n_beams = 0;
     for (unsigned i = 0; i < r->n && ping->n_beams < ping->max_beams; i++) {
         const double range_m = r->time_us[i] * 1e-6 * d->conf.sound_speed_mps / 2.0;
@@ -169,7 +164,6 @@ static void make_ping(struct echolist *d, const struct report *r, uint64_t now_n
 {
     const bool turn = new_turn(d, r->scan_deg);
     const double clockwise = geo_deg(geo_wrap(geo_rad(r->scan_deg)));
-
     d->status.pings++;
     d->status.last_ping_ns = now_ns;
     d->status.range_m = d->conf.range_m;
@@ -217,7 +211,7 @@ static void on_report(struct echolist *d, const struct report *r, uint64_t now_n
         io->note(io->ctx, NOTE_INFO, "echo lists come in");
     d->answered = true;
     d->silent = false;
-    snprintf(d->status.what, sizeof(d->status.what), "echo list");
+    snprintf(d->status.what, sizeof d->status.what, "echo list");
     watch(d, now_ns);
 }
 
@@ -227,9 +221,8 @@ static void on_line(struct echolist *d, uint64_t now_ns, const struct device_io 
 {
     static const char name[] = "$ECHO";
     struct report report;
-
     d->line[d->n] = '\0';
-    const bool ours = strncmp(d->line, name, sizeof(name) - 1) == 0;
+    const bool ours = strncmp(d->line, name, sizeof name - 1) == 0;
     const char *star = strchr(d->line, '*');
     const bool summed = star && star > d->line + 1, good = take_checksum(d->line);
     if (!good || (!ours && !summed)) {
@@ -238,7 +231,7 @@ static void on_line(struct echolist *d, uint64_t now_ns, const struct device_io 
         return;
     }
     d->status.frames++;
-    if (ours && read_report(d->line + sizeof(name) - 1, &report))
+    if (ours && read_report(d->line + sizeof name - 1, &report))
         on_report(d, &report, now_ns, io);
     else
         d->status.bad_frame += ours;
@@ -269,10 +262,9 @@ static void take_byte(struct echolist *d, char c, uint64_t now_ns, const struct 
 static bool echolist_init(void *state, const struct device_conf *conf, struct fault *fault)
 {
     struct echolist *d = state;
-
     if (!device_conf_check(&device_echolist, conf, fault))
         return false;
-    memset(d, 0, sizeof(*d));
+    memset(d, 0, sizeof *d);
     d->conf = *conf;
     d->due_ns = NEVER;
     return true;

@@ -103,7 +103,7 @@ static unsigned pulse_us(unsigned range_m)
         unsigned range_m, us;
     } row[] = {{4, 20}, {10, 60}, {20, 100}, {30, 160}, {40, 220}, {50, 260}, {60, 320}, {80, 420}, {100, 540}};
     size_t i = 0;
-    while (i + 1 < sizeof(row) / sizeof(row[0]) && range_m > row[i].range_m)
+    while (i + 1 < sizeof row / sizeof row[0] && range_m > row[i].range_m)
         i++;
     return row[i].us;
 }
@@ -136,8 +136,7 @@ static uint8_t choose_step(double step_rad)
     static const uint8_t steps[] = {1, 2, 3, 4, 8};
     const double wanted = geo_deg(step_rad) / 0.3;
     uint8_t best = 1;
-
-    for (size_t i = 0; i < sizeof(steps); i++)
+    for (size_t i = 0; i < sizeof steps; i++)
         if (fabs(steps[i] - wanted) < fabs(best - wanted))
             best = steps[i];
     return best;
@@ -146,7 +145,6 @@ static uint8_t choose_step(double step_rad)
 static void set_sector(struct imagenex_switch *s, double start_rad, double end_rad)
 {
     const double width_rad = geo_wrap(end_rad - start_rad);
-
     s->train = 60;
     s->sector = 120;
     if (width_rad == 0.0)
@@ -168,7 +166,7 @@ static bool init(struct imagenex *d, const struct model *m, const struct device_
 {
     if (!device_conf_check(m->ops, conf, fault))
         return false;
-    memset(d, 0, sizeof(*d));
+    memset(d, 0, sizeof *d);
     d->model = m;
     poller_init(&d->poller, conf->listen_only, &ping_step, NULL);
     d->request = (struct imagenex_switch){.head = m->head, .absorption = ABSORPTION, .points = POINTS_CODE};
@@ -200,12 +198,11 @@ static uint64_t send_switch(void *device, uint64_t now_ns, const struct device_i
 {
     const struct imagenex *d = device;
     uint8_t out[IMAGENEX_SWITCH_BYTES];
-
     (void)now_ns;
     if (d->poller.silent && d->poller.tries > 1)
         return POLLER_GIVE_UP; /* until the next wait is over */
     imagenex_encode_switch(&d->request, out);
-    io->send(io->ctx, out, sizeof(out));
+    io->send(io->ctx, out, sizeof out);
     return answer_ns(d);
 }
 
@@ -213,7 +210,7 @@ static void replies_missed(void *device, uint64_t now_ns, const struct device_io
 {
     struct imagenex *d = device;
     char why[96];
-    snprintf(why, sizeof(why), "no answer from an %s (%s)", d->model->name, poller_advice(&d->conf));
+    snprintf(why, sizeof why, "no answer from an %s (%s)", d->model->name, poller_advice(&d->conf));
     poller_timed_out(&d->poller, why, io);
     poller_retry(&d->poller, now_ns);
 }
@@ -241,7 +238,6 @@ static void fill_ping(const struct imagenex *d, const struct imagenex_frame *f, 
 {
     const double scale = d->conf.sound_speed_mps / HEAD_SOUND_SPEED;
     const double pulse_m = d->conf.sound_speed_mps * pulse_us(f->range_m) * 1e-6 / 2.0;
-
     ping->t_ns = transmitted_ns(f->t_first_ns, f->t_last_ns, IMAGENEX_OVERHEAD + (size_t)f->n_data, d->conf.baud,
                                 listening_ns(f->range_m));
     ping->t_in_ns = f->t_last_ns;
@@ -277,7 +273,6 @@ static bool new_turn(struct imagenex *d, const struct imagenex_frame *f)
 {
     const unsigned way = f->position > d->position ? f->position - d->position : d->position - f->position;
     const bool turned = d->follows && (f->clockwise != d->clockwise || way > POSITION_TURN / 2);
-
     d->position = f->position;
     d->clockwise = f->clockwise;
     d->follows = true;
@@ -287,7 +282,6 @@ static bool new_turn(struct imagenex *d, const struct imagenex_frame *f)
 static void make_ping(struct imagenex *d, const struct imagenex_frame *f, const struct device_io *io)
 {
     const bool turn = new_turn(d, f);
-
     d->poller.status.pings++;
     d->poller.status.last_ping_ns = f->t_last_ns;
     d->poller.status.range_m = f->range_m * d->conf.sound_speed_mps / HEAD_SOUND_SPEED;
@@ -321,7 +315,6 @@ static void compare(struct imagenex *d, const struct imagenex_frame *f, uint64_t
                     const struct device_io *io)
 {
     const struct takeover_value range = {"range", f->range_m, d->request.range_m, 0};
-
     if (!poller_listening(&d->poller))
         takeover_ping(&d->takeover, &d->poller.status, &range, 1, now_ns, io);
 }
@@ -341,7 +334,7 @@ static void on_reply(struct imagenex *d, const struct imagenex_frame *f, uint64_
     if (!(f->status & IMAGENEX_ACCEPTED))
         d->poller.status.nacks++; /* with the next request they come again */
     make_ping(d, f, io);
-    snprintf(d->poller.status.what, sizeof(d->poller.status.what), "%s head 0x%02x", d->model->name, f->head);
+    snprintf(d->poller.status.what, sizeof d->poller.status.what, "%s head 0x%02x", d->model->name, f->head);
     if (poller_pinged(&d->poller))
         io->note(io->ctx, NOTE_INFO, "%s, range %.4g m", d->poller.status.what, d->poller.status.range_m);
     compare(d, f, now_ns, io);
@@ -384,7 +377,6 @@ static void imagenex_closed(void *state, uint64_t now_ns)
 static void imagenex_tick(void *state, uint64_t now_ns, const struct device_io *io)
 {
     struct imagenex *d = state;
-
     if (!poller_is_due(&d->poller, now_ns))
         return;
     /* The reply may be there, behind a false or broken beginning that waits for more bytes. */

@@ -78,7 +78,7 @@ static void look_behind(struct imagenex_parser *p, size_t skip)
     }
     p->n -= skip;
     memmove(p->buf, p->buf + skip, p->n);
-    memmove(p->t_ns, p->t_ns + skip, p->n * sizeof(p->t_ns[0]));
+    memmove(p->t_ns, p->t_ns + skip, p->n * sizeof p->t_ns[0]);
 }
 
 static void false_start(struct imagenex_parser *p)
@@ -90,7 +90,6 @@ static void false_start(struct imagenex_parser *p)
 static void describe_frame(struct imagenex_parser *p, size_t length, struct imagenex_frame *out)
 {
     const uint8_t *b = p->buf;
-
     *out = (struct imagenex_frame){
         .head = b[3],
         .status = b[4],
@@ -173,7 +172,6 @@ static void pack(uint16_t value, uint8_t *low, uint8_t *high)
 size_t imagenex_encode_reply(uint8_t *out, size_t size, const struct imagenex_frame *f)
 {
     const size_t length = IMAGENEX_OVERHEAD + (size_t)f->n_data;
-
     if (length > size)
         return 0;
     out[0] = 'I';

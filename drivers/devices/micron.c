@@ -63,7 +63,6 @@ void micron_set_scan(struct micron_settings *set, double start_rad, double end_r
 {
     long step = lround(step_rad * (MICRON_TURN / GEO_TURN));
     uint16_t left = bearing_of(start_rad), right = bearing_of(end_rad);
-
     set->step = (uint8_t)(step < 1 ? 1 : step > UINT8_MAX ? UINT8_MAX : step);
     set->control = MICRON_COMMON | MICRON_8_BIT | MICRON_SCAN_RIGHT;
     if (left == right) {
@@ -103,7 +102,7 @@ size_t micron_encode_send_data(uint8_t *out, size_t size, uint32_t time_ms)
 {
     uint8_t payload[4];
     seanet_put_u32(payload, time_ms);
-    return command(out, size, SEANET_SEND_DATA, payload, sizeof(payload));
+    return command(out, size, SEANET_SEND_DATA, payload, sizeof payload);
 }
 
 /* The word that makes a synthesiser run at hz: cut, as the worked frames have it. */
@@ -115,7 +114,6 @@ static uint32_t tuning(double hz)
 size_t micron_encode_head_command(uint8_t *out, size_t size, const struct micron_settings *set)
 {
     uint8_t b[COMMON_BYTES + DST_BYTES] = {0}, *dst = b + COMMON_BYTES;
-
     b[0] = set->dst ? WITH_DST : PLAIN;
     seanet_put_u16(b + 1, set->control);
     b[3] = set->dst ? HEAD_DST : HEAD_IMAGING;
@@ -145,7 +143,7 @@ size_t micron_encode_head_command(uint8_t *out, size_t size, const struct micron
     dst[4] = dst[5] = set->gain;
     seanet_put_u16(dst + 8, SLOPE);
     seanet_put_u16(dst + 10, SLOPE);
-    return command(out, size, SEANET_HEAD_COMMAND, b, set->dst ? sizeof(b) : COMMON_BYTES);
+    return command(out, size, SEANET_HEAD_COMMAND, b, set->dst ? sizeof b : COMMON_BYTES);
 }
 
 /* ---- from the head ---- */
@@ -195,7 +193,6 @@ static void decode_data_head(const uint8_t *b, struct micron_data_head *out)
 enum micron_join micron_line_add(struct micron_line *line, const struct seanet_frame *f)
 {
     size_t skip = 0;
-
     if (f->packet == 0) {
         line->open = false;
         if (f->length < SEANET_DATA_AT)
@@ -209,7 +206,7 @@ enum micron_join micron_line_add(struct micron_line *line, const struct seanet_f
         return MICRON_LINE_BROKEN;
     }
     size_t more = f->length - skip;
-    if (line->head.n_data > sizeof(line->data) || more > line->head.n_data - line->n) {
+    if (line->head.n_data > sizeof line->data || more > line->head.n_data - line->n) {
         line->open = false;
         return MICRON_LINE_BROKEN;
     }
@@ -250,7 +247,6 @@ unsigned micron_line_samples(const struct micron_line *line, uint8_t *out, size_
 {
     const unsigned bins = micron_line_bins(line);
     const unsigned n = bins < room ? bins : (unsigned)room;
-
     if (line->head.control & MICRON_8_BIT)
         memcpy(out, line->data, n);
     else
@@ -264,7 +260,6 @@ void micron_fill_ping(struct ping *ping, const struct micron_line *line, double 
     unsigned bins = micron_line_bins(line);
     double bin_m = micron_bin_m(h->interval, sound_speed_mps);
     int clockwise = (h->bearing + MICRON_TURN - MICRON_AHEAD) % MICRON_TURN;
-
     ping->t_ns = transmitted_ns(line->t_first_ns, line->t_last_ns, line->wire_bytes, baud,
                                 micron_listening_ns(h->interval, bins));
     ping->t_in_ns = line->t_last_ns;

@@ -103,10 +103,9 @@ static bool micron_init(void *state, const struct device_conf *conf, struct faul
 {
     struct micron *d = state;
     double frequency_hz = conf->frequency_hz != 0.0 ? conf->frequency_hz : 675e3;
-
     if (!device_conf_check(&device_micron, conf, fault))
         return false;
-    memset(d, 0, sizeof(*d));
+    memset(d, 0, sizeof *d);
     d->set.frequency_hz = (uint32_t)lround(frequency_hz);
     tune(d, conf);
     micron_set_scan(&d->set, conf->sector_start_rad, conf->sector_end_rad, conf->step_rad);
@@ -122,7 +121,7 @@ static bool micron_init(void *state, const struct device_conf *conf, struct faul
 static void send_short(const struct device_io *io, uint8_t id)
 {
     uint8_t out[SEANET_OVERHEAD];
-    io->send(io->ctx, out, micron_encode_short(out, sizeof(out), id));
+    io->send(io->ctx, out, micron_encode_short(out, sizeof out, id));
 }
 
 static uint64_t await_life(void *device, uint64_t now_ns, const struct device_io *io)
@@ -162,7 +161,7 @@ static uint64_t send_parameters(void *device, uint64_t now_ns, const struct devi
     const struct micron *d = device;
     uint8_t out[MICRON_COMMAND_BYTES];
     (void)now_ns;
-    io->send(io->ctx, out, micron_encode_head_command(out, sizeof(out), &d->set));
+    io->send(io->ctx, out, micron_encode_head_command(out, sizeof out, &d->set));
     return PARAMETERS_NS;
 }
 
@@ -170,12 +169,11 @@ static uint64_t request_ping(void *device, uint64_t now_ns, const struct device_
 {
     struct micron *d = device;
     uint8_t out[SEND_DATA_BYTES];
-
     if (d->poller.tries == PING_TRIES + 1) {
         poller_timed_out(&d->poller, "the head stopped sending pings", io);
         send_parameters(d, now_ns, io);
     }
-    io->send(io->ctx, out, micron_encode_send_data(out, sizeof(out), (uint32_t)(now_ns / MS % MS_OF_DAY)));
+    io->send(io->ctx, out, micron_encode_send_data(out, sizeof out, (uint32_t)(now_ns / MS % MS_OF_DAY)));
     return poller_line_ns(&d->conf, SEND_DATA_BYTES + DATA_BYTES + d->set.n_bins) +
            micron_listening_ns(d->set.interval, d->set.n_bins) + PING_MARGIN_NS;
 }
@@ -206,7 +204,7 @@ static void not_ready(void *device, uint64_t now_ns, const struct device_io *io)
 {
     const struct micron *d = device;
     char why[96];
-    snprintf(why, sizeof(why), "no head is ready (%s)", poller_advice(&d->conf));
+    snprintf(why, sizeof why, "no head is ready (%s)", poller_advice(&d->conf));
     poller_timed_out(device, why, io);
     go_reboot(device, now_ns, io);
 }
@@ -304,8 +302,7 @@ static bool is_taken_over(struct micron *d, uint64_t now_ns, const struct device
         {"left limit", seen->left, sent->left, 0},
         {"right limit", seen->right, sent->right, 0},
     };
-    const unsigned n = sizeof(value) / sizeof(value[0]), limits = 2;
-
+    const unsigned n = sizeof value / sizeof value[0], limits = 2;
     return takeover_ping(&d->takeover, &d->poller.status, value,
                          seen->control & sent->control & MICRON_CONTINUOUS ? n - limits : n, now_ns, io);
 }
@@ -386,7 +383,6 @@ static void on_alive(struct micron *d, const struct seanet_frame *frame, uint64_
                      const struct device_io *io)
 {
     uint8_t info;
-
     if (!micron_decode_alive(frame, &info)) {
         d->poller.status.bad_frame++;
         return;
@@ -414,7 +410,7 @@ static void on_version(struct micron *d, const struct seanet_frame *frame, uint6
         d->poller.status.bad_frame++;
         return;
     }
-    snprintf(d->poller.status.what, sizeof(d->poller.status.what), "SeaNet head sw %u serial %u", d->software,
+    snprintf(d->poller.status.what, sizeof d->poller.status.what, "SeaNet head sw %u serial %u", d->software,
              d->serial);
     if (at(d, VERSION))
         go(d, USER, now_ns, io);
@@ -427,7 +423,7 @@ static void on_user_data(struct micron *d, const struct seanet_frame *frame, uin
         d->poller.status.bad_frame++;
         return;
     }
-    snprintf(d->poller.status.what, sizeof(d->poller.status.what), "%s sw %u serial %u",
+    snprintf(d->poller.status.what, sizeof d->poller.status.what, "%s sw %u serial %u",
              d->set.dst ? "Micron DST" : "SeaNet head", d->software, d->serial);
     if (at(d, USER))
         go(d, PARAMETERS, now_ns, io);
@@ -497,7 +493,6 @@ static void micron_closed(void *state, uint64_t now_ns)
 static void micron_tick(void *state, uint64_t now_ns, const struct device_io *io)
 {
     struct micron *d = state;
-
     if (!poller_is_due(&d->poller, now_ns))
         return;
     /* The answer may be there, behind a false or broken beginning that waits for more bytes. */

@@ -15,7 +15,6 @@ void mirror_ping(struct ping *ping)
 void mirror_arc(double *from_rad, double *to_rad)
 {
     const double from = *from_rad;
-
     *from_rad = -*to_rad;
     *to_rad = -from;
 }

@@ -40,7 +40,7 @@ static bool nmea0183_init(void *state, const struct device_conf *conf, struct fa
 {
     struct nmea0183 *d = state;
     (void)fault;
-    memset(d, 0, sizeof(*d));
+    memset(d, 0, sizeof *d);
     receiver_init(&d->receiver, conf, "NMEA 0183 echosounder", PATIENCE_NS);
     nmea_parser_init(&d->parser, true);
     return true;
@@ -50,7 +50,7 @@ static bool nmea0183_init(void *state, const struct device_conf *conf, struct fa
 static void describe_value(struct nmea0183 *d, const struct nmea_value *value)
 {
     char *what = d->receiver.status.what;
-    const size_t room = sizeof(d->receiver.status.what);
+    const size_t room = sizeof d->receiver.status.what;
     int n = snprintf(what, room, "NMEA 0183 %s", value->name);
     if (value->offset_m != 0)
         n += snprintf(what + n, room - (size_t)n, ", %.3f m %s", fabs(value->offset_m),
@@ -64,7 +64,7 @@ static void tell_other(struct nmea0183 *d, const struct nmea_value *value, const
 {
     if (d->also[0] || strncmp(value->name, d->used, TALKER_CHARS) == 0)
         return;
-    memcpy(d->also, value->name, sizeof(d->also));
+    memcpy(d->also, value->name, sizeof d->also);
     io->note(io->ctx, NOTE_WARNING, "depths come in %s and in %s; only those in %s are used", d->used, d->also,
              d->used);
 }
@@ -86,7 +86,7 @@ static void on_depth(struct nmea0183 *d, const struct nmea_value *value, uint64_
         return;
     }
     if (heard && !ours) {
-        memcpy(d->used, value->name, sizeof(d->used));
+        memcpy(d->used, value->name, sizeof d->used);
         d->also[0] = '\0';
     }
     if (heard || ours)
@@ -102,7 +102,7 @@ static void tell_unused(struct nmea0183 *d, const struct device_io *io)
     struct receiver *l = &d->receiver;
     const struct nmea_counts *counts = &d->parser.counts;
     if (!l->heard && d->parser.other[0])
-        snprintf(l->status.what, sizeof(l->status.what), "NMEA 0183 %s, no depth", d->parser.other);
+        snprintf(l->status.what, sizeof l->status.what, "NMEA 0183 %s, no depth", d->parser.other);
     if (counts->no_checksum > 0 && !d->no_checksum_told) {
         d->no_checksum_told = true;
         io->note(io->ctx, NOTE_WARNING,

@@ -72,7 +72,7 @@ static struct can_match nmea2000_can_match(const void *state)
 static void describe_source(struct receiver *l, unsigned source, int also, int16_t offset_mm)
 {
     char *what = l->status.what;
-    const size_t room = sizeof(l->status.what);
+    const size_t room = sizeof l->status.what;
     int n = snprintf(what, room, "NMEA 2000 address %u", source);
     if (also >= 0)
         n += snprintf(what + n, room - (size_t)n, " (depths also from %d)", also);
@@ -123,7 +123,6 @@ static void on_depth(struct nmea2000 *d, const struct canfd_frame *frame, uint64
                                          .range_max_m = b[7] <= RANGE_GOOD_MAX ? b[7] * 10.0 : 0,
                                          .resolution_m = 0.01,
                                          .aperture_rad = geo_rad(APERTURE_DEG)};
-
     if (!is_believed(d, source, heard, now_ns, io))
         return;
     describe_source(&d->receiver, source, d->also, (int16_t)(b[5] | b[6] << 8));
@@ -138,7 +137,7 @@ static void on_short(struct nmea2000 *d, const struct canfd_frame *frame, const 
     const unsigned source = frame->can_id & 0xFF;
     l->status.bad_frame++;
     if (!l->heard)
-        snprintf(l->status.what, sizeof(l->status.what), "NMEA 2000 address %u: depths of %u bytes not used",
+        snprintf(l->status.what, sizeof l->status.what, "NMEA 2000 address %u: depths of %u bytes not used",
                  source, frame->len);
     if (!d->talker[source].short_told)
         io->note(io->ctx, NOTE_WARNING, "NMEA 2000 address %u sends depths of %u bytes, not %d; they are not used",
@@ -150,7 +149,6 @@ static void nmea2000_feed(void *state, const uint8_t *bytes, size_t n, uint64_t 
 {
     struct nmea2000 *d = state;
     struct canfd_frame frame;
-
     if (!can_frame_read(bytes, n, &frame))
         d->receiver.status.garbage_bytes += n;
     else if (!can_frame_is_data(&frame) || !can_frame_matches(&frame, nmea2000_can_match(d)))

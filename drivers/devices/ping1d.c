@@ -24,7 +24,6 @@ bool ping1d_is_reading(uint16_t id)
 bool ping1d_decode(const struct ping_frame *f, struct ping1d_reading *out)
 {
     const uint8_t *b = f->payload;
-
     if (f->id == PING1D_DISTANCE_SIMPLE) {
         if (f->length < SIMPLE_BYTES)
             return false;
@@ -55,7 +54,6 @@ bool ping1d_decode(const struct ping_frame *f, struct ping1d_reading *out)
 size_t ping1d_encode_reading(uint8_t *out, size_t size, uint8_t src, const struct ping1d_reading *r)
 {
     uint8_t b[PING_PAYLOAD_MAX];
-
     put_u32(b, r->distance_mm);
     put_u16(b + 4, r->confidence_percent);
     if (r->simple)
@@ -78,7 +76,6 @@ size_t ping1d_encode_set(uint8_t *out, size_t size, uint16_t id, uint32_t a, uin
 {
     uint8_t payload[8];
     size_t n = 2;
-
     put_u32(payload, a);
     put_u32(payload + 4, b);
     if (id == PING1D_SET_RANGE)
@@ -114,7 +111,6 @@ bool ping1d_decode_firmware(const struct ping_frame *f, unsigned *major, unsigne
 static void fill_profile(struct ping *ping, const struct ping1d_reading *r, double start_m, double cell_m)
 {
     const uint32_t n = r->n_samples < ping->max_samples ? r->n_samples : ping->max_samples;
-
     ping->kind = PING_CHOICE;
     ping->law = AMPLITUDE_LINEAR;
     ping->sample_bytes = 1;
@@ -139,7 +135,6 @@ void ping1d_fill_ping(struct ping *ping, const struct ping_frame *frame, const s
     bool reports = r->distance_mm > 0 && r->confidence_percent > 0;
     bool heard = reports && confidence >= view->min_confidence;
     uint64_t listening_ns = (uint64_t)(2e9 * end_m / view->sound_speed_mps);
-
     ping->t_ns =
         transmitted_ns(frame->t_first_ns, frame->t_last_ns, ping_frame_bytes(frame), view->baud, listening_ns);
     ping->t_in_ns = frame->t_last_ns;

@@ -46,7 +46,7 @@ static const struct poller_step steps[N_STEPS];
 static const uint16_t settings[] = {PING1D_CONTINUOUS_STOP,   PING1D_SET_SPEED_OF_SOUND, PING1D_SPEED_OF_SOUND,
                                     PING1D_SET_MODE_AUTO,     PING1D_SET_RANGE,          PING1D_SET_GAIN,
                                     PING1D_SET_PING_INTERVAL, PING1D_SET_PING_ENABLE};
-#define N_SETTINGS (sizeof(settings) / sizeof(settings[0]))
+#define N_SETTINGS (sizeof settings / sizeof settings[0])
 
 struct ping1d {
     struct ping_talk talk; /* first: see ping_talk.h */
@@ -90,11 +90,10 @@ static void forget_scan(struct ping1d *d)
 static bool ping1d_init(void *state, const struct device_conf *conf, struct fault *fault)
 {
     struct ping1d *d = state;
-
     if (!device_conf_check(&device_ping1d, conf, fault))
         return false;
     uint64_t ping_ns = (uint64_t)(2e9 * conf->range_m / conf->sound_speed_mps) + PING_MARGIN_NS;
-    memset(d, 0, sizeof(*d));
+    memset(d, 0, sizeof *d);
     d->conf = *conf;
     d->interval_ns = ping_ns > PING_LEAST_NS ? ping_ns : PING_LEAST_NS;
     d->device_speed_mps = PING1D_SOUND_SPEED_MPS;
@@ -111,7 +110,7 @@ static bool ping1d_init(void *state, const struct device_conf *conf, struct faul
 static void set(uint16_t id, uint32_t a, uint32_t b, const struct device_io *io)
 {
     uint8_t out[PING_OVERHEAD + 8];
-    io->send(io->ctx, out, ping1d_encode_set(out, sizeof(out), id, a, b));
+    io->send(io->ctx, out, ping1d_encode_set(out, sizeof out, id, a, b));
 }
 
 static uint64_t identify(void *device, uint64_t now_ns, const struct device_io *io)
@@ -133,7 +132,6 @@ static uint64_t send_setting(void *device, uint64_t now_ns, const struct device_
     const struct ping1d *d = device;
     const uint32_t range_mm = (uint32_t)lround(d->conf.range_m * 1e3);
     const uint16_t id = settings[d->setting];
-
     (void)now_ns;
     switch (id) {
     case PING1D_CONTINUOUS_STOP:
@@ -218,7 +216,7 @@ static void nobody_there(void *device, uint64_t now_ns, const struct device_io *
 {
     struct ping1d *d = device;
     char why[96];
-    snprintf(why, sizeof(why), "no answer from an echosounder (%s)", poller_advice(&d->conf));
+    snprintf(why, sizeof why, "no answer from an echosounder (%s)", poller_advice(&d->conf));
     poller_timed_out(&d->talk.poller, why, io);
     poller_retry(&d->talk.poller, now_ns);
 }
@@ -228,7 +226,7 @@ static void set_up_nameless(void *device, uint64_t now_ns, const struct device_i
 {
     struct ping1d *d = device;
     struct device_status *s = &d->talk.poller.status;
-    snprintf(s->what, sizeof(s->what), "Ping1D of old firmware");
+    snprintf(s->what, sizeof s->what, "Ping1D of old firmware");
     set_up_from(d, 0, now_ns, io);
 }
 
@@ -303,7 +301,6 @@ static void make_ping(struct ping1d *d, const struct ping1d_reading *r, const st
                                      .min_confidence = d->conf.min_confidence,
                                      .beam_rad = d->beam_rad,
                                      .baud = d->conf.baud};
-
     d->talk.poller.status.pings++;
     d->talk.poller.status.last_ping_ns = frame->t_last_ns;
     if (!r->simple) {
@@ -334,10 +331,8 @@ static bool is_taken_over(struct ping1d *d, const struct ping1d_reading *r, uint
         {"scan_length", (long)r->length_mm, length_mm, SLACK_MM + length_mm / SLACK_SHARE},
         {"gain_setting", (long)r->gain, d->conf.gain, 0},
     };
-
     return d->conf.gain >= 0 && !r->simple &&
-           takeover_ping(&d->takeover, &d->talk.poller.status, value, sizeof(value) / sizeof(value[0]), now_ns,
-                         io);
+           takeover_ping(&d->takeover, &d->talk.poller.status, value, sizeof value / sizeof value[0], now_ns, io);
 }
 
 /* While profiles come, what somebody else asks for without one is left out: nothing could be held against it. */
@@ -365,7 +360,6 @@ static void on_reading(struct ping1d *d, const struct ping_frame *frame, uint64_
 {
     struct poller *poller = &d->talk.poller;
     struct ping1d_reading r;
-
     if (!ping1d_decode(frame, &r)) {
         poller->status.bad_frame++;
         return;
@@ -406,7 +400,6 @@ static void on_identity(struct ping1d *d, const struct ping_frame *frame, uint64
 {
     const bool seeking = is_seeking(d);
     struct ping_device_information info;
-
     if (!ping_talk_identity(&d->talk, frame, &info))
         return;
     if (info.type != PING_TYPE_PING360) {
@@ -427,14 +420,13 @@ static void on_firmware(struct ping1d *d, const struct ping_frame *frame, uint64
 {
     struct device_status *s = &d->talk.poller.status;
     unsigned major, minor;
-
     if (!ping1d_decode_firmware(frame, &major, &minor)) {
         s->bad_frame++;
         return;
     }
     if (!at(d, FIRMWARE))
         return;
-    snprintf(s->what, sizeof(s->what), "Ping1D fw %u.%u id %u", major, minor, frame->src);
+    snprintf(s->what, sizeof s->what, "Ping1D fw %u.%u id %u", major, minor, frame->src);
     set_up_from(d, 0, now_ns, io);
 }
 
@@ -481,7 +473,6 @@ static void on_frame(void *device, const struct ping_frame *frame, uint64_t now_
     struct ping1d *d = device;
     uint16_t id;
     bool refused;
-
     if (ping1d_is_reading(frame->id))
         on_reading(d, frame, now_ns, io);
     else if (frame->id == PING_DEVICE_INFORMATION)

@@ -40,7 +40,6 @@ void ping360_fill_ping(struct ping *ping, const struct ping_frame *frame, const 
                        double sound_speed_mps, unsigned baud)
 {
     int clockwise = (data->set.angle + PING360_TURN - PING360_AHEAD) % PING360_TURN;
-
     ping->t_ns = transmitted_ns(frame->t_first_ns, frame->t_last_ns, ping_frame_bytes(frame), baud,
                                 ping360_listening_ns(&data->set));
     ping->t_in_ns = frame->t_last_ns;

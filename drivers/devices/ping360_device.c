@@ -116,10 +116,9 @@ static bool ping360_init(void *state, const struct device_conf *conf, struct fau
 {
     struct ping360 *d = state;
     double frequency_khz = conf->frequency_hz != 0.0 ? conf->frequency_hz / 1e3 : 750.0;
-
     if (!device_conf_check(&device_ping360, conf, fault))
         return false;
-    memset(d, 0, sizeof(*d));
+    memset(d, 0, sizeof *d);
     d->set.mode = 1;
     d->set.frequency_khz = (uint16_t)lround(frequency_khz);
     tune(d, conf);
@@ -172,9 +171,9 @@ static uint64_t send_autobaud(void *device, uint64_t now_ns, const struct device
     (void)now_ns;
     if (!d->conf.baud)
         return 0;
-    memset(out, 'U', sizeof(out));
-    io->send(io->ctx, out, sizeof(out));
-    return line_ns(d->conf.baud, sizeof(out)) + AUTOBAUD_NS;
+    memset(out, 'U', sizeof out);
+    io->send(io->ctx, out, sizeof out);
+    return line_ns(d->conf.baud, sizeof out) + AUTOBAUD_NS;
 }
 
 static uint64_t ask_identity(void *device, uint64_t now_ns, const struct device_io *io)
@@ -199,7 +198,7 @@ static uint64_t request_ping(void *device, uint64_t now_ns, const struct device_
     if (!d->talk.poller.answered && d->talk.poller.tries > FIRST_TRIES)
         return POLLER_GIVE_UP;
     d->set.angle = ping360_scan_angle(&d->scan);
-    io->send(io->ctx, out, ping360_encode_transducer(out, sizeof(out), &d->set, true));
+    io->send(io->ctx, out, ping360_encode_transducer(out, sizeof out, &d->set, true));
     return answer_ns(d, d->set.angle);
 }
 
@@ -214,7 +213,7 @@ static uint64_t start_auto(void *device, uint64_t now_ns, const struct device_io
         ask_identity(d, now_ns, io);
         return SPEAK_UP_NS;
     }
-    io->send(io->ctx, out, ping360_encode_auto_transmit(out, sizeof(out), &d->set, &d->scan.sweep));
+    io->send(io->ctx, out, ping360_encode_auto_transmit(out, sizeof out, &d->set, &d->scan.sweep));
     return answer_ns(d, d->scan.sweep.start);
 }
 
@@ -222,7 +221,7 @@ static uint64_t send_motor_off(void *device, uint64_t now_ns, const struct devic
 {
     uint8_t out[PING_OVERHEAD];
     (void)device, (void)now_ns;
-    io->send(io->ctx, out, ping360_encode_motor_off(out, sizeof(out)));
+    io->send(io->ctx, out, ping360_encode_motor_off(out, sizeof out));
     return STOP_NS;
 }
 
@@ -247,7 +246,7 @@ static void nobody_there(void *device, uint64_t now_ns, const struct device_io *
 {
     struct ping360 *d = device;
     char why[96];
-    snprintf(why, sizeof(why), "no answer from a Ping360 (%s)", poller_advice(&d->conf));
+    snprintf(why, sizeof why, "no answer from a Ping360 (%s)", poller_advice(&d->conf));
     poller_timed_out(&d->talk.poller, why, io);
     poller_retry(&d->talk.poller, now_ns);
 }
@@ -343,8 +342,7 @@ static bool is_taken_over(struct ping360 *d, const struct ping360_data *data, ui
         {"stop_angle", data->sweep.stop, sweep->stop, 0},
         {"num_steps", data->sweep.step, sweep->step, 0},
     };
-    const unsigned n = sizeof(value) / sizeof(value[0]), of_sweep = 3;
-
+    const unsigned n = sizeof value / sizeof value[0], of_sweep = 3;
     return takeover_ping(&d->takeover, &d->talk.poller.status, value,
                          at(d, AUTO) && data->automatic ? n : n - of_sweep, now_ns, io);
 }
@@ -354,7 +352,6 @@ static void on_data(struct ping360 *d, const struct ping_frame *frame, uint64_t 
     struct poller *poller = &d->talk.poller;
     struct ping360_data data;
     unsigned missing;
-
     if (!ping360_decode_data(frame, &data) || data.set.angle >= PING360_TURN || data.set.sample_period == 0 ||
         data.set.sample_period > PING360_PERIOD_MAX) {
         poller->status.bad_frame++;
@@ -397,7 +394,6 @@ static void on_identity(struct ping360 *d, const struct ping_frame *frame, uint6
 {
     const bool seeking = poller_seeking(&d->talk.poller, &steps[IDENTIFY]);
     struct ping_device_information info;
-
     if (!ping_talk_identity(&d->talk, frame, &info))
         return;
     if (info.type == PING_TYPE_PING360) {
@@ -406,7 +402,7 @@ static void on_identity(struct ping360 *d, const struct ping_frame *frame, uint6
             go(d, VERSION, now_ns, io);
     } else if (seeking) {
         char why[64];
-        snprintf(why, sizeof(why), "the device is of type %u, not a Ping360 (2)", info.type);
+        snprintf(why, sizeof why, "the device is of type %u, not a Ping360 (2)", info.type);
         poller_timed_out(&d->talk.poller, why, io);
         poller_retry(&d->talk.poller, now_ns);
     }
@@ -445,7 +441,6 @@ static void on_frame(void *device, const struct ping_frame *frame, uint64_t now_
     struct ping360 *d = device;
     uint16_t id;
     bool refused;
-
     if (frame->id == PING360_DEVICE_DATA || frame->id == PING360_AUTO_DEVICE_DATA)
         on_data(d, frame, now_ns, io);
     else if (frame->id == PING_DEVICE_INFORMATION)

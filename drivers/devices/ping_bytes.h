@@ -23,7 +23,7 @@ static inline float get_f32(const uint8_t *b)
 {
     uint32_t bits = get_u32(b);
     float value;
-    memcpy(&value, &bits, sizeof(value));
+    memcpy(&value, &bits, sizeof value);
     return value;
 }
 
@@ -42,7 +42,7 @@ static inline void put_u32(uint8_t *b, uint32_t v)
 static inline void put_f32(uint8_t *b, float value)
 {
     uint32_t bits;
-    memcpy(&bits, &value, sizeof(bits));
+    memcpy(&bits, &value, sizeof bits);
     put_u32(b, bits);
 }
 

@@ -99,8 +99,8 @@ static bool finish_frame(struct ping_parser *p, size_t total, struct ping_frame 
 static void move_to_front(struct ping_parser *p)
 {
     memmove(p->buf, p->buf + p->at, p->n);
-    memmove(p->sum_before, p->sum_before + p->at, p->n * sizeof(p->sum_before[0]));
-    memmove(p->t_ns, p->t_ns + p->at, p->n * sizeof(p->t_ns[0]));
+    memmove(p->sum_before, p->sum_before + p->at, p->n * sizeof p->sum_before[0]);
+    memmove(p->t_ns, p->t_ns + p->at, p->n * sizeof p->t_ns[0]);
     p->at = 0;
 }
 
@@ -167,7 +167,6 @@ bool ping_count_is_new(struct ping_count *c, uint32_t number, uint64_t *lost)
     const uint32_t restart = 1000;
     uint32_t way = number - c->last;
     bool known = c->known;
-
     *c = (struct ping_count){true, number};
     if (known && lost && way > 1 && way <= restart)
         *lost += way - 1;
@@ -178,7 +177,7 @@ size_t ping_encode_request(uint8_t *out, size_t size, uint16_t id)
 {
     uint8_t payload[2];
     put_u16(payload, id);
-    return ping_frame_build(out, size, PING_GENERAL_REQUEST, 0, payload, sizeof(payload));
+    return ping_frame_build(out, size, PING_GENERAL_REQUEST, 0, payload, sizeof payload);
 }
 
 /* The fields that every message with an angle begins with: 10 bytes. */
@@ -206,7 +205,7 @@ size_t ping360_encode_transducer(uint8_t *out, size_t size, const struct ping360
     put_head(payload, set);
     put_u16(payload + 10, set->n_samples);
     payload[12] = transmit;
-    return ping_frame_build(out, size, PING360_TRANSDUCER, 0, payload, sizeof(payload));
+    return ping_frame_build(out, size, PING360_TRANSDUCER, 0, payload, sizeof payload);
 }
 
 size_t ping360_encode_auto_transmit(uint8_t *out, size_t size, const struct ping360_settings *set,
@@ -218,7 +217,7 @@ size_t ping360_encode_auto_transmit(uint8_t *out, size_t size, const struct ping
     put_u16(payload + 6, set->frequency_khz);
     put_u16(payload + 8, set->n_samples);
     put_sweep(payload + 10, sweep);
-    return ping_frame_build(out, size, PING360_AUTO_TRANSMIT, 0, payload, sizeof(payload));
+    return ping_frame_build(out, size, PING360_AUTO_TRANSMIT, 0, payload, sizeof payload);
 }
 
 size_t ping360_encode_motor_off(uint8_t *out, size_t size)
@@ -230,8 +229,7 @@ size_t ping360_encode_data(uint8_t *out, size_t size, uint8_t src, const struct 
 {
     uint8_t payload[PING_PAYLOAD_MAX];
     size_t at = d->automatic ? 16 : 10;
-
-    if (at + 4 + d->n_data > sizeof(payload))
+    if (at + 4 + d->n_data > sizeof payload)
         return 0;
     put_head(payload, &d->set);
     if (d->automatic)
@@ -268,7 +266,7 @@ bool ping_decode_device_information(const struct ping_frame *f, struct ping_devi
         return false;
     out->type = f->payload[0];
     out->revision = f->payload[1];
-    memcpy(out->firmware, f->payload + 2, sizeof(out->firmware));
+    memcpy(out->firmware, f->payload + 2, sizeof out->firmware);
     return true;
 }
 
@@ -285,7 +283,6 @@ bool ping360_decode_data(const struct ping_frame *f, struct ping360_data *out)
     bool automatic = f->id == PING360_AUTO_DEVICE_DATA;
     size_t at = automatic ? 16 : 10; /* where number_of_samples stands; the samples begin 4 behind it */
     const uint8_t *b = f->payload;
-
     if ((!automatic && f->id != PING360_DEVICE_DATA) || f->length < at + 4)
         return false;
     *out = (struct ping360_data){

@@ -18,7 +18,7 @@ void ping_talk_opened(struct ping_talk *t, uint64_t now_ns, const struct device_
 void ping_talk_request(uint16_t id, const struct device_io *io)
 {
     uint8_t out[PING_OVERHEAD + 2];
-    io->send(io->ctx, out, ping_encode_request(out, sizeof(out), id));
+    io->send(io->ctx, out, ping_encode_request(out, sizeof out, id));
 }
 
 bool ping_talk_identity(struct ping_talk *t, const struct ping_frame *frame, struct ping_device_information *out)
@@ -31,7 +31,7 @@ bool ping_talk_identity(struct ping_talk *t, const struct ping_frame *frame, str
 void ping_talk_name(struct ping_talk *t, const char *name, const struct ping_device_information *info, uint8_t id)
 {
     struct device_status *s = &t->poller.status;
-    snprintf(s->what, sizeof(s->what), "%s fw %u.%u.%u id %u", name, info->firmware[0], info->firmware[1],
+    snprintf(s->what, sizeof s->what, "%s fw %u.%u.%u id %u", name, info->firmware[0], info->firmware[1],
              info->firmware[2], id);
 }
 
@@ -41,7 +41,6 @@ bool ping_talk_answered(struct ping_talk *t, const struct ping_frame *frame, con
     const char *text;
     size_t n;
     char shown[TEXT_MAX];
-
     *refused = frame->id == PING_NACK;
     if (!*refused && frame->id != PING_ACK)
         return false;
@@ -51,7 +50,7 @@ bool ping_talk_answered(struct ping_talk *t, const struct ping_frame *frame, con
     }
     if (*refused) {
         t->poller.status.nacks++;
-        io->note(io->ctx, NOTE_INFO, "refused message %u: %s", *id, ping_text(shown, sizeof(shown), text, n));
+        io->note(io->ctx, NOTE_INFO, "refused message %u: %s", *id, ping_text(shown, sizeof shown, text, n));
     }
     return true;
 }
@@ -60,7 +59,7 @@ void ping_talk_says(const struct ping_frame *frame, const struct device_io *io)
 {
     char shown[TEXT_MAX];
     io->note(io->ctx, NOTE_INFO, "says: %s",
-             ping_text(shown, sizeof(shown), (const char *)frame->payload, frame->length));
+             ping_text(shown, sizeof shown, (const char *)frame->payload, frame->length));
 }
 
 void ping_talk_closed(void *state, uint64_t now_ns)

@@ -51,7 +51,6 @@ void receiver_ping(struct receiver *l, const struct receiver_range *range, uint6
 {
     double range_max_m = range->range_max_m > 0 ? range->range_max_m : l->conf.range_m;
     double travel_ns = 2e9 * range->range_m / l->conf.sound_speed_mps;
-
     l->status.pings++;
     l->status.last_ping_ns = now_ns;
     l->status.range_m = range_max_m;

@@ -30,7 +30,7 @@ static const struct limits {
 
 static bool within_limits(uint8_t id, size_t total)
 {
-    for (size_t i = 0; i < sizeof(limits) / sizeof(limits[0]); i++)
+    for (size_t i = 0; i < sizeof limits / sizeof limits[0]; i++)
         if (limits[i].id == id)
             return total >= limits[i].least && total <= limits[i].most;
     return true;
@@ -38,14 +38,14 @@ static bool within_limits(uint8_t id, size_t total)
 
 void seanet_parser_init(struct seanet_parser *p)
 {
-    memset(p, 0, sizeof(*p));
+    memset(p, 0, sizeof *p);
 }
 
 static void drop_bytes(struct seanet_parser *p, size_t count)
 {
     p->n -= count;
     memmove(p->buf, p->buf + count, p->n);
-    memmove(p->t_ns, p->t_ns + count, p->n * sizeof(p->t_ns[0]));
+    memmove(p->t_ns, p->t_ns + count, p->n * sizeof p->t_ns[0]);
 }
 
 static void drop_taken(struct seanet_parser *p)
@@ -70,7 +70,6 @@ static int hex_digit(uint8_t c)
 static bool may_begin(const uint8_t *b, size_t n)
 {
     unsigned length = 0;
-
     if (b[0] != '@')
         return false;
     for (size_t i = 1; i < LENGTH_AT && i < n; i++) {
@@ -195,7 +194,6 @@ size_t seanet_build(uint8_t *out, size_t size, struct seanet_head head, const vo
 {
     static const char hex[] = "0123456789ABCDEF";
     size_t total = SEANET_OVERHEAD + length;
-
     if (length > SEANET_FRAME_MAX - SEANET_OVERHEAD || size < total)
         return 0;
     unsigned counted = (unsigned)(total - OUTSIDE);

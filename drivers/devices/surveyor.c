@@ -36,7 +36,6 @@
 size_t surveyor_encode_settings(uint8_t *out, size_t size, const struct surveyor_settings *set)
 {
     uint8_t b[SETTINGS_BYTES] = {0};
-
     put_u32(b, (uint32_t)set->start_mm);
     put_u32(b + 4, (uint32_t)set->end_mm);
     put_f32(b + 8, set->sound_speed_mps);
@@ -48,13 +47,12 @@ size_t surveyor_encode_settings(uint8_t *out, size_t size, const struct surveyor
     put_u32(b + 24, FREQUENCY_HZ);
     put_u16(b + 28, set->n_steps);
     put_f32(b + 32, PULSE_STEPS);
-    return ping_frame_build(out, size, SURVEYOR_SET_PING_PARAMETERS, 0, b, sizeof(b));
+    return ping_frame_build(out, size, SURVEYOR_SET_PING_PARAMETERS, 0, b, sizeof b);
 }
 
 bool surveyor_decode_settings(const struct ping_frame *f, struct surveyor_settings *out)
 {
     const uint8_t *b = f->payload;
-
     if (f->id != SURVEYOR_SET_PING_PARAMETERS || f->length < SETTINGS_BYTES)
         return false;
     *out = (struct surveyor_settings){.start_mm = (int32_t)get_u32(b),
@@ -78,7 +76,6 @@ static unsigned points_there(const struct ping_frame *f, unsigned said, size_t h
 static bool decode_atof(const struct ping_frame *f, struct surveyor_points *out)
 {
     const uint8_t *b = f->payload;
-
     if (f->length < ATOF_HEAD_BYTES || get_u16(b + 36) > SURVEYOR_POINTS_MAX)
         return false;
     *out = (struct surveyor_points){.atof = true,
@@ -95,7 +92,6 @@ static bool decode_atof(const struct ping_frame *f, struct surveyor_points *out)
 static bool decode_yz(const struct ping_frame *f, struct surveyor_points *out)
 {
     const uint8_t *b = f->payload;
-
     if (f->length < YZ_HEAD_BYTES || get_u16(b + 98) > SURVEYOR_POINTS_MAX)
         return false;
     const double start_m = (double)get_f32(b + YZ_START_AT), end_m = (double)get_f32(b + YZ_START_AT + 4);
@@ -123,7 +119,6 @@ size_t surveyor_encode_atof(uint8_t *out, size_t size, uint8_t src, const struct
                             float sound_speed_mps, const float (*point)[2])
 {
     uint8_t b[ATOF_HEAD_BYTES + SURVEYOR_POINTS_MAX * ATOF_POINT_BYTES] = {0};
-
     if (head->n > SURVEYOR_POINTS_MAX)
         return 0;
     put_u32(b, head->power_up_ms);
@@ -145,7 +140,6 @@ size_t surveyor_encode_yz(uint8_t *out, size_t size, uint8_t src, const struct s
                           const float (*point)[2])
 {
     uint8_t b[YZ_HEAD_BYTES + SURVEYOR_POINTS_MAX * YZ_POINT_BYTES] = {0};
-
     if (head->n > SURVEYOR_POINTS_MAX)
         return 0;
     put_f32(b + YZ_START_AT, (float)head->start_m);
@@ -168,7 +162,6 @@ static bool polar(const struct surveyor_points *points, unsigned i, double sound
 {
     const uint8_t *b = points->records + i * (points->atof ? ATOF_POINT_BYTES : YZ_POINT_BYTES);
     double first = (double)get_f32(b), second = (double)get_f32(b + 4);
-
     if (points->atof) { /* the time is the sonar's, the speed of sound the configuration's */
         *angle_rad = -first;
         *range_m = sound_speed_mps * second / 2.0;
@@ -186,7 +179,6 @@ void surveyor_fill_ping(struct ping *ping, const struct ping_frame *frame, const
     const double begin_m = fmax(start_m, SURVEYOR_DEAF * end_m);
     const double listening_s = 2.0 * end_m / sound_speed_mps;
     double pulse_m = sound_speed_mps * points->pulse_s / 2.0;
-
     ping->t_ns = transmitted_ns(frame->t_first_ns, frame->t_last_ns, ping_frame_bytes(frame), 0,
                                 (uint64_t)(listening_s * 1e9));
     ping->t_in_ns = frame->t_last_ns;

@@ -59,11 +59,10 @@ static void on_frame(void *device, const struct ping_frame *frame, uint64_t now_
 static bool surveyor_init(void *state, const struct device_conf *conf, struct fault *fault)
 {
     struct surveyor *d = state;
-
     if (!device_conf_check(&device_surveyor, conf, fault))
         return false;
     uint64_t ping_ns = (uint64_t)(2e9 * conf->range_m / conf->sound_speed_mps) + PING_MARGIN_NS;
-    memset(d, 0, sizeof(*d));
+    memset(d, 0, sizeof *d);
     d->conf = *conf;
     d->set = (struct surveyor_settings){.end_mm = (int32_t)lround(conf->range_m * 1e3),
                                         .sound_speed_mps = (float)conf->sound_speed_mps,
@@ -93,7 +92,7 @@ static void send_settings(const struct surveyor *d, bool ping, const struct devi
     uint8_t out[64];
     struct surveyor_settings set = d->set;
     set.ping = ping;
-    io->send(io->ctx, out, surveyor_encode_settings(out, sizeof(out), &set));
+    io->send(io->ctx, out, surveyor_encode_settings(out, sizeof out, &set));
 }
 
 static uint64_t set_up(void *device, uint64_t now_ns, const struct device_io *io)
@@ -129,7 +128,7 @@ static void nobody_there(void *device, uint64_t now_ns, const struct device_io *
 {
     const struct surveyor *d = device;
     char why[96];
-    snprintf(why, sizeof(why), "no answer from a Surveyor (%s)", poller_advice(&d->conf));
+    snprintf(why, sizeof why, "no answer from a Surveyor (%s)", poller_advice(&d->conf));
     poller_timed_out(device, why, io);
     poller_retry(device, now_ns);
 }
@@ -160,7 +159,6 @@ static void make_ping(struct surveyor *d, const struct surveyor_points *points, 
                       const struct device_io *io)
 {
     struct ping *ping = io->ping_begin(io->ctx);
-
     d->talk.poller.status.pings++;
     d->talk.poller.status.last_ping_ns = frame->t_last_ns;
     d->talk.poller.status.range_m = surveyor_end_m(points, d->conf.sound_speed_mps);
@@ -184,7 +182,6 @@ static bool is_taken_over(struct surveyor *d, const struct surveyor_points *poin
         {"end_mm", lround(end_m * 1e3), d->set.end_mm, slack_mm},
         {"start_mm", lround(points->start_m * 1e3), d->set.start_mm, slack_mm},
     };
-
     return end_m > 0.0 &&
            takeover_ping(&d->takeover, &d->talk.poller.status, value, points->atof ? 1 : 2, now_ns, io);
 }
@@ -193,7 +190,6 @@ static void on_points(struct surveyor *d, const struct ping_frame *frame, uint64
                       const struct device_io *io)
 {
     struct surveyor_points points;
-
     if (!surveyor_decode_points(frame, &points)) {
         d->talk.poller.status.bad_frame++;
         return;
@@ -225,7 +221,6 @@ static void on_identity(struct surveyor *d, const struct ping_frame *frame, uint
 {
     const bool seeking = poller_seeking(&d->talk.poller, &steps[IDENTIFY]);
     struct ping_device_information info;
-
     if (!ping_talk_identity(&d->talk, frame, &info))
         return;
     if (info.type != PING_TYPE_ECHOSOUNDER && info.type != PING_TYPE_PING360) {
@@ -257,7 +252,6 @@ static void on_answer(struct surveyor *d, bool refused, uint64_t now_ns, const s
 static void on_settings(struct surveyor *d, const struct ping_frame *frame)
 {
     struct surveyor_settings set;
-
     if (!surveyor_decode_settings(frame, &set))
         d->talk.poller.status.bad_frame++;
     else if (set.start_mm >= 0)
@@ -270,7 +264,6 @@ static void on_frame(void *device, const struct ping_frame *frame, uint64_t now_
     struct surveyor *d = device;
     uint16_t id;
     bool refused;
-
     if (frame->id == SURVEYOR_ATOF_POINTS || frame->id == SURVEYOR_YZ_POINTS)
         on_points(d, frame, now_ns, io);
     else if (frame->id == PING_DEVICE_INFORMATION)

@@ -31,7 +31,6 @@ static bool is_other(const struct takeover_value *value)
 static void describe_value(char *out, size_t size, const struct takeover_value *value, unsigned n)
 {
     size_t used = 0;
-
     for (unsigned i = 0; i < n && used < size; i++)
         if (is_other(&value[i]))
             used += (size_t)snprintf(out + used, size - used, "%s%s %ld (sent %ld)", used ? ", " : "",
@@ -54,7 +53,6 @@ bool takeover_ping(struct takeover *t, struct device_status *status, const struc
                    unsigned n, uint64_t now_ns, const struct device_io *io)
 {
     bool other = false;
-
     for (unsigned i = 0; i < n; i++)
         other |= is_other(&value[i]);
     if (!other) {
@@ -67,7 +65,7 @@ bool takeover_ping(struct takeover *t, struct device_status *status, const struc
 
     const bool news = !status->other_settings[0];
 
-    describe_value(status->other_settings, sizeof(status->other_settings), value, n);
+    describe_value(status->other_settings, sizeof status->other_settings, value, n);
     status->taken_over += news;
     if (news && (!t->told || now_ns > t->ours_ns + TOLD_AGAIN_NS))
         io->note(io->ctx, NOTE_WARNING,

@@ -34,8 +34,8 @@ bool arrival_ask(struct port *port, int fd)
     port->lost_here = 0;
     port->clock_set_ns = 0;
     port->unix_offset_ns = unix_offset_ns();
-    return setsockopt(fd, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof(on)) == 0 &&
-           setsockopt(fd, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof(on)) == 0;
+    return setsockopt(fd, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on) == 0 &&
+           setsockopt(fd, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on) == 0;
 }
 
 static uint64_t monotonic(struct port *port, const struct timespec *stamp)
@@ -57,11 +57,11 @@ void arrival_take(struct port *port, struct msghdr *message)
             continue;
         if (c->cmsg_type == SCM_TIMESTAMPNS) {
             struct timespec stamp;
-            memcpy(&stamp, CMSG_DATA(c), sizeof(stamp));
+            memcpy(&stamp, CMSG_DATA(c), sizeof stamp);
             port->t_ns = monotonic(port, &stamp);
         } else if (c->cmsg_type == SO_RXQ_OVFL) {
             uint32_t lost;
-            memcpy(&lost, CMSG_DATA(c), sizeof(lost));
+            memcpy(&lost, CMSG_DATA(c), sizeof lost);
             port->lost += (uint32_t)(lost - port->lost_here);
             port->lost_here = lost;
         }

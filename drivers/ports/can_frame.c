@@ -5,14 +5,14 @@
 
 bool can_frame_read(const uint8_t *record, size_t n, struct canfd_frame *out)
 {
-    memset(out, 0, sizeof(*out));
+    memset(out, 0, sizeof *out);
     if (n != CAN_MTU && n != CANFD_MTU)
         return false;
     memcpy(out, record, n);
     size_t room = n == CAN_MTU ? CAN_MAX_DLEN : CANFD_MAX_DLEN;
     if (out->len > room)
         return false;
-    memset(out->data + out->len, 0, sizeof(out->data) - out->len);
+    memset(out->data + out->len, 0, sizeof out->data - out->len);
     return true;
 }
 

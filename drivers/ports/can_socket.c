@@ -86,7 +86,7 @@ static int not_there(struct port *port, int error, enum bus_state state, const c
 static bool has_carrier(const char *name)
 {
     char path[64], carrier = '1';
-    snprintf(path, sizeof(path), "/sys/class/net/%s/carrier", name);
+    snprintf(path, sizeof path, "/sys/class/net/%s/carrier", name);
     int fd = open(path, O_RDONLY | O_CLOEXEC);
     if (fd < 0)
         return true; /* no sysfs, no answer */
@@ -104,8 +104,8 @@ int can_interface_index(struct port *port, const char *name, struct fault *fault
                          errno == EAFNOSUPPORT ? "this kernel has no CAN, or the service does not permit it"
                                                : strerror(errno),
                          fault);
-    memset(&request, 0, sizeof(request));
-    snprintf(request.ifr_name, sizeof(request.ifr_name), "%s", name);
+    memset(&request, 0, sizeof request);
+    snprintf(request.ifr_name, sizeof request.ifr_name, "%s", name);
     bool there = ioctl(fd, SIOCGIFHWADDR, &request) == 0;
     bool speaks_can = there && request.ifr_hwaddr.sa_family == ARPHRD_CAN;
     unsigned flags = there && ioctl(fd, SIOCGIFFLAGS, &request) == 0 ? (unsigned short)request.ifr_flags : 0;
@@ -135,23 +135,22 @@ static bool set_up(int fd, struct port *port)
     const struct can_filter filter = {.can_id = port->can_match.id, .can_mask = port->can_match.mask};
     const can_err_mask_t errors = ERRORS_HEARD;
     const int on = 1, receive = RECEIVE_BYTES, send = 1;
-    set(fd, SOL_SOCKET, SO_RCVBUF, &receive, sizeof(receive));
-    set(fd, SOL_SOCKET, SO_SNDBUF, &send, sizeof(send));
-    return set(fd, SOL_CAN_RAW, CAN_RAW_FILTER, &filter, sizeof(filter)) &&
-           set(fd, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &errors, sizeof(errors)) &&
-           set(fd, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, &on, sizeof(on)) && arrival_ask(port, fd);
+    set(fd, SOL_SOCKET, SO_RCVBUF, &receive, sizeof receive);
+    set(fd, SOL_SOCKET, SO_SNDBUF, &send, sizeof send);
+    return set(fd, SOL_CAN_RAW, CAN_RAW_FILTER, &filter, sizeof filter) &&
+           set(fd, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &errors, sizeof errors) &&
+           set(fd, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, &on, sizeof on) && arrival_ask(port, fd);
 }
 
 bool can_socket_open(struct port *port, const char *name, struct fault *fault)
 {
     struct sockaddr_can address = {.can_family = AF_CAN};
-
     port->fd = -1;
     address.can_ifindex = can_interface_index(port, name, fault);
     if (!address.can_ifindex)
         return false;
     int fd = socket(AF_CAN, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, CAN_RAW);
-    if (fd < 0 || !set_up(fd, port) || bind(fd, (const struct sockaddr *)&address, sizeof(address)) < 0) {
+    if (fd < 0 || !set_up(fd, port) || bind(fd, (const struct sockaddr *)&address, sizeof address) < 0) {
         port->error = errno;
         if (fd >= 0)
             close(fd);
@@ -169,7 +168,6 @@ bool can_socket_open(struct port *port, const char *name, struct fault *fault)
 static bool take_error(struct port_bus *bus, const struct can_frame *frame)
 {
     const uint8_t controller = frame->can_id & CAN_ERR_CRTL ? frame->data[1] : 0;
-
     bus->error_frames++;
     if (frame->can_id & CAN_ERR_CNT) {
         bus->tx_errors = frame->data[6];
@@ -209,7 +207,7 @@ ssize_t can_socket_read(struct port *port, void *buf)
     _Alignas(struct cmsghdr) char control[ARRIVAL_CONTROL_BYTES];
     struct iovec space = {.iov_base = buf, .iov_len = CANFD_MTU};
     struct msghdr message = {
-        .msg_iov = &space, .msg_iovlen = 1, .msg_control = control, .msg_controllen = sizeof(control)};
+        .msg_iov = &space, .msg_iovlen = 1, .msg_control = control, .msg_controllen = sizeof control};
     struct can_frame error;
 
     ssize_t n = recvmsg(port->fd, &message, 0);
@@ -220,7 +218,7 @@ ssize_t can_socket_read(struct port *port, void *buf)
         return -1;
     }
     arrival_take(port, &message);
-    memcpy(&error, buf, sizeof(error));
+    memcpy(&error, buf, sizeof error);
     if ((error.can_id & CAN_ERR_FLAG) && !take_error(&port->bus, &error)) {
         port->error = ENETDOWN;
         return -1;
@@ -232,7 +230,7 @@ ssize_t can_socket_read(struct port *port, void *buf)
 
 ssize_t can_socket_write(struct port *port, const struct can_frame *frame)
 {
-    ssize_t n = send(port->fd, frame, sizeof(*frame), 0);
+    ssize_t n = send(port->fd, frame, sizeof *frame, 0);
     if (n < 0 && errno == ENOBUFS) {
         port->bus.not_sent++; /* nothing tells when there is room again: waiting would spin */
         return CAN_MTU;

@@ -40,11 +40,11 @@ static ssize_t can_read(struct port *port, void *buf, size_t size)
 static ssize_t can_write(struct port *port, const void *buf, size_t size)
 {
     struct can_frame frame;
-    if (size < sizeof(frame)) {
+    if (size < sizeof frame) {
         port->error = EINVAL;
         return -1;
     }
-    memcpy(&frame, buf, sizeof(frame));
+    memcpy(&frame, buf, sizeof frame);
     return can_socket_write(port, &frame);
 }
 

@@ -45,7 +45,6 @@ static ssize_t stream_read(struct port *port, void *buf, size_t size)
     uint8_t record[CANFD_MTU];
     struct canfd_frame frame;
     ssize_t n;
-
     (void)size; /* any frame fits */
     while ((n = can_socket_read(port, record)) > 0) {
         if (!can_frame_read(record, (size_t)n, &frame) || !can_frame_is_data(&frame) || frame.len == 0)
@@ -59,7 +58,6 @@ static ssize_t stream_read(struct port *port, void *buf, size_t size)
 static ssize_t stream_write(struct port *port, const void *buf, size_t size)
 {
     size_t used = 0;
-
     while (used < size) {
         struct can_frame frame = {.can_id = port->can_send_id};
         frame.len = (uint8_t)(size - used < CAN_MAX_DLEN ? size - used : CAN_MAX_DLEN);

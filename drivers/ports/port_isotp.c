@@ -65,11 +65,11 @@ static bool bind_to(int fd, int index, const struct can_address *a, struct way w
     struct sockaddr_can address = {.can_family = AF_CAN, .can_ifindex = index};
     address.can_addr.tp.tx_id = a->tx;
     address.can_addr.tp.rx_id = a->rx;
-    if (way.fd && setsockopt(fd, SOL_CAN_ISOTP, CAN_ISOTP_LL_OPTS, &long_frames, sizeof(long_frames)) < 0)
+    if (way.fd && setsockopt(fd, SOL_CAN_ISOTP, CAN_ISOTP_LL_OPTS, &long_frames, sizeof long_frames) < 0)
         return false;
-    if (way.pad && setsockopt(fd, SOL_CAN_ISOTP, CAN_ISOTP_OPTS, &filled, sizeof(filled)) < 0)
+    if (way.pad && setsockopt(fd, SOL_CAN_ISOTP, CAN_ISOTP_OPTS, &filled, sizeof filled) < 0)
         return false;
-    return bind(fd, (const struct sockaddr *)&address, sizeof(address)) == 0;
+    return bind(fd, (const struct sockaddr *)&address, sizeof address) == 0;
 }
 
 static bool isotp_open(struct port *port, const char *rest, struct fault *fault)
@@ -131,7 +131,7 @@ static ssize_t isotp_read(struct port *port, void *buf, size_t size)
     _Alignas(struct cmsghdr) char control[ARRIVAL_CONTROL_BYTES];
     struct iovec space = {buf, size};
     struct msghdr message = {
-        .msg_iov = &space, .msg_iovlen = 1, .msg_control = control, .msg_controllen = sizeof(control)};
+        .msg_iov = &space, .msg_iovlen = 1, .msg_control = control, .msg_controllen = sizeof control};
     ssize_t n = recvmsg(port->fd, &message, 0);
     if (n == 0) {
         errno = ENODEV;

@@ -34,7 +34,7 @@ static const struct {
     {2500000, B2500000}, {3000000, B3000000}, {3500000, B3500000}, {4000000, B4000000},
 };
 
-#define N_RATES (sizeof(rates) / sizeof(rates[0]))
+#define N_RATES (sizeof rates / sizeof rates[0])
 
 struct address {
     char path[PORT_ADDRESS_MAX];
@@ -49,7 +49,6 @@ static bool parse_baud(const char *text, struct address *a, struct fault *fault)
     char list[160] = "";
     size_t digits = strspn(text, "0123456789");
     unsigned long baud = digits > 0 && text[digits] == '\0' ? strtoul(text, NULL, 10) : 0;
-
     for (size_t i = 0; i < N_RATES; i++) {
         if (rates[i].baud == baud) {
             a->baud = rates[i].baud;
@@ -57,7 +56,7 @@ static bool parse_baud(const char *text, struct address *a, struct fault *fault)
             return true;
         }
         size_t used = strlen(list);
-        snprintf(list + used, sizeof(list) - used, " %u", rates[i].baud);
+        snprintf(list + used, sizeof list - used, " %u", rates[i].baud);
     }
     return fault_set(fault, "baud rate '%.32s': must be one of%s", text, list);
 }
@@ -75,11 +74,10 @@ static const char *baud_text(const char *rest)
 static bool parse_address(const char *rest, struct address *a, struct fault *fault)
 {
     size_t n = strlen(rest);
-
     a->rs485 = n > strlen(RS485) && strcmp(rest + n - strlen(RS485), RS485) == 0;
     n -= a->rs485 ? strlen(RS485) : 0;
-    if (n >= sizeof(a->path))
-        return fault_set(fault, "serial port '%.32s...': path longer than %zu bytes", rest, sizeof(a->path) - 1);
+    if (n >= sizeof a->path)
+        return fault_set(fault, "serial port '%.32s...': path longer than %zu bytes", rest, sizeof a->path - 1);
     memcpy(a->path, rest, n);
     a->path[n] = '\0';
     const char *baud = baud_text(a->path);
@@ -134,7 +132,6 @@ static const char *set_line(int fd, const struct address *a)
     const tcflag_t iflag = IGNBRK | BRKINT | PARMRK | ISTRIP | INLCR | IGNCR | ICRNL | IXON;
     const tcflag_t lflag = ECHO | ECHONL | ICANON | ISIG | IEXTEN;
     const tcflag_t cflag = CSIZE | PARENB | CSTOPB;
-
     if (tcgetattr(fd, &want) < 0)
         return "not a serial port";
     cfmakeraw(&want);
@@ -170,7 +167,6 @@ static void ask_low_latency(int fd)
 static const char *set_direction_control(int fd)
 {
     struct serial_rs485 rs = {.flags = SER_RS485_ENABLED | SER_RS485_RTS_ON_SEND};
-
     if (ioctl(fd, TIOCSRS485, &rs) < 0)
         return "has no RS-485 direction control (leave out :rs485 where the adapter turns by itself)";
     if (!(rs.flags & SER_RS485_ENABLED)) {
@@ -210,7 +206,6 @@ static const char *why_not_opened(int error)
 static bool serial_open(struct port *port, const char *rest, struct fault *fault)
 {
     struct address a;
-
     port->ops = &port_serial;
     port->fd = -1;
     port->error = EINVAL;

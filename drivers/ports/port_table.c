@@ -16,7 +16,6 @@ const struct port_ops *port_find(const char *address, const char **rest, struct 
 {
     const char *colon = strchr(address, ':');
     size_t n = colon ? (size_t)(colon - address) : 0;
-
     for (const struct port_ops *const *p = port_table; *p; p++) {
         if (n == 0 || strlen((*p)->kind) != n || strncmp((*p)->kind, address, n) != 0)
             continue;

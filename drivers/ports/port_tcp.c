@@ -176,7 +176,6 @@ static bool tcp_connected(struct port *port, const char *rest, struct fault *fau
 static bool tcp_open(struct port *port, const char *rest, struct fault *fault)
 {
     struct address a;
-
     port->ops = &port_tcp;
     port->fd = -1;
     port->error = EINVAL;

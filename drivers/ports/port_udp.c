@@ -59,13 +59,12 @@ static struct addrinfo *resolve(const struct address *a, const char *host, const
 static bool parse_address(const char *rest, struct address *a, struct fault *fault)
 {
     const char *end, *after = NULL;
-
     *a = (struct address){.v6 = rest[0] == '['};
     const char *host = rest + a->v6;
     end = strchr(host, a->v6 ? ']' : ':');
     const char *colon = end ? end + a->v6 : NULL;
     size_t n = end ? (size_t)(end - host) : 0;
-    bool good = n >= 1 && n < sizeof(a->host) && *colon == ':' && take_port(colon + 1, a->port, &after);
+    bool good = n >= 1 && n < sizeof a->host && *colon == ':' && take_port(colon + 1, a->port, &after);
     a->listens = good && strcmp(after, ":listen") == 0;
     if (!good || (!a->listens && *after == ':' && (!take_port(after + 1, a->local, &after) || *after != '\0'))) {
         fault_set(
@@ -99,7 +98,7 @@ static const void *host_of(const struct sockaddr *address)
 /* Whom a listening port hears. Of a scoped address the scope is not compared. */
 static void hear(struct port *port, const struct address *a, const struct sockaddr *whom)
 {
-    static const uint8_t nobody[sizeof(port->hears)];
+    static const uint8_t nobody[sizeof port->hears];
     port->listens = a->listens;
     port->hears_bytes = a->v6 ? 16 : 4;
     memcpy(port->hears, host_of(whom), port->hears_bytes);
@@ -115,9 +114,7 @@ static const char *set_up(struct port *port, int fd, const struct address *a)
     const char *local = a->listens ? a->port : a->local;
     struct addrinfo *near = local[0] ? resolve(a, NULL, local, AI_PASSIVE) : NULL;
     const char *why = NULL;
-
-    setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &room,
-               sizeof(room)); /* less room only loses more, and that is counted */
+    setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &room, sizeof room); /* less room only loses more, and that is counted */
     arrival_ask(port, fd);
     if (!far || (local[0] && !near))
         why = "out of memory";
@@ -143,21 +140,20 @@ static bool welcome(struct port *port, const struct sockaddr_storage *from)
     if (!port->listens || memcmp(host, port->hears, port->hears_bytes) == 0)
         return true;
     if (port->strangers++ == 0)
-        inet_ntop(from->ss_family, host, port->stranger, sizeof(port->stranger));
+        inet_ntop(from->ss_family, host, port->stranger, sizeof port->stranger);
     return false;
 }
 
 static void only_listen(struct address *a)
 {
     if (a->local[0])
-        memcpy(a->port, a->local, sizeof(a->port));
+        memcpy(a->port, a->local, sizeof a->port);
     a->listens = true;
 }
 
 static bool udp_open(struct port *port, const char *rest, struct fault *fault)
 {
     struct address a;
-
     port->ops = &port_udp;
     port->fd = -1;
     port->error = EINVAL;
@@ -194,11 +190,11 @@ static ssize_t udp_read(struct port *port, void *buf, size_t size)
     struct iovec bytes = {buf, size};
     struct sockaddr_storage from = {0};
     struct msghdr message = {.msg_name = &from,
-                             .msg_namelen = sizeof(from),
+                             .msg_namelen = sizeof from,
                              .msg_iov = &bytes,
                              .msg_iovlen = 1,
                              .msg_control = control,
-                             .msg_controllen = sizeof(control)};
+                             .msg_controllen = sizeof control};
 
     ssize_t n = recvmsg(port->fd, &message, 0);
     if (n >= 0) {

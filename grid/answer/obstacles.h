@@ -25,7 +25,7 @@ struct obstacles_found {
     double confidence, age_s;
     double hint_m; /* within near_m of the query, and before the obstacle, is an echo that is too little to block;
                       INFINITY: there is none */
-    double at[3]; /* of a sector, or a body's way: in which direction the obstacle is, in the axes asked about */
+    double at[3];  /* of a sector, or a body's way: in which direction the obstacle is, in the axes asked about */
     /* of a body's way, along which its ranges are: in which direction the echo is; from where on the picture does not
      * keep all of it, or INFINITY */
     double hint_at[3], kept_m;

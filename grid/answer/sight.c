@@ -188,7 +188,6 @@ void sight_look(struct picture *p, uint32_t direction, const struct sight_observ
 static bool is_bounded(const struct picture_frame *frame, const struct pose *pose)
 {
     double sum = pose->drift_m[0] + pose->drift_m[1];
-
     if (frame->ned)
         sum += geo_length(pose->position_m) + pose->uncertain_m + pose->uncertain_rad + pose->heading_radps;
     return isfinite(sum);

@@ -74,7 +74,7 @@ struct verdict {
     bool looking;    /* how far `near` holds for a body that moves is being asked */
     struct horizon horizon;
     struct corridor corridor; /* the answer about it */
-    bool drifts;     /* the sphere was asked, too */
+    bool drifts;              /* the sphere was asked, too */
     struct answer sphere[ANSWER_SECTORS_MAX];
     struct verdict_part part[ANSWER_SECTORS_MAX];
     int n, n_aside; /* negative: not looked at yet */

@@ -16,7 +16,6 @@ static double ratio_of(double db)
 {
     const double decades = floor(db / 10.0), y = (db - 10.0 * decades) * 0.23025850929940457; /* ln(10) / 10 */
     double ratio = 1.0;
-
     for (int k = 30; k > 0; k--)
         ratio = 1.0 + ratio * y / k;
     for (int k = 0; k < (int)decades; k++)
@@ -96,7 +95,6 @@ uint64_t amplitude_of_word(const struct amplitude *a, uint32_t count)
 void amplitude_sums(const struct amplitude *a, const void *samples, uint32_t n, uint64_t *sum)
 {
     uint64_t power = 0;
-
     sum[0] = 0;
     if (a->sample_bytes == 1) {
         const uint8_t *v = samples;

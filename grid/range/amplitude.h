@@ -44,7 +44,6 @@ uint64_t amplitude_of_word(const struct amplitude *a, uint32_t count);
 static inline uint64_t amplitude_of(const struct amplitude *a, uint32_t count)
 {
     const uint32_t v = count < a->max_count ? count : a->max_count;
-
     return a->sample_bytes == 1 ? a->table[v] : amplitude_of_word(a, v);
 }
 

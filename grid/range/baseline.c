@@ -32,7 +32,6 @@ void baseline_clear(struct baseline *b)
 INLINE int32_t toward(int32_t median, int32_t value, int32_t step)
 {
     int32_t off = value - median;
-
     off = off < step ? off : step;
     return median + (off > -step ? off : -step);
 }
@@ -48,7 +47,6 @@ INLINE void move_block(int32_t *restrict median, const uint8_t *restrict samples
 INLINE void move8_body(int32_t *restrict median, const uint8_t *restrict samples, uint32_t n, int32_t step)
 {
     uint32_t i = 0;
-
     for (; i + PROFILE_BLOCK <= n; i += PROFILE_BLOCK)
         move_block(median + i, samples + i, step);
     for (; i < n; i++)
@@ -87,7 +85,6 @@ static void refresh_levels(struct baseline *b, const struct profile_axis *axis, 
 {
     const uint32_t n = axis->n, half = axis->half;
     double sum = 0.0;
-
     for (uint32_t i = 0; i < half && i < n; i++)
         sum += power[i];
     for (uint32_t begin = 0; begin < n; begin += PROFILE_BLOCK) {
@@ -106,7 +103,6 @@ void baseline_learn(struct baseline *b, const struct ping *ping, const struct pr
                     const struct amplitude *law, double *room)
 {
     const uint32_t beams = ping->n_beams < BEAMS_OF_PING ? ping->n_beams : BEAMS_OF_PING;
-
     for (uint32_t k = 0; k < beams; k++)
         learn_beam(b, ping, (k * ping->n_beams / beams + ping->seq) % ping->n_beams);
     if (b->beams < b->due)

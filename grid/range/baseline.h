@@ -46,7 +46,6 @@ void baseline_learn(struct baseline *b, const struct ping *ping, const struct pr
 static inline double baseline_usual(const struct baseline *b, const struct profile *p, uint32_t i)
 {
     const double level = b->level[i] / (double)(UINT64_C(1) << p->shift), floor = profile_floor(p);
-
     return level > floor ? level : floor;
 }
 

@@ -54,7 +54,6 @@ static uint32_t part_of(const struct view *v, const struct echoes *e, uint32_t b
 static const struct echo *strong_echo(const struct beam_echoes *beam)
 {
     const struct echo *echo = &beam->echo[0];
-
     return beam->n > 0 && echo->level >= STRONG &&
                    !(echo->flags & (ECHO_FAINT | ECHO_OTHER | ECHO_OWN | ECHO_GHOST))
                ? echo
@@ -75,7 +74,6 @@ static bool is_due(const struct came_back_part *part, const struct came_back_bea
 static bool is_sure(const struct came_back *c, uint32_t bearing, double near)
 {
     const uint32_t n = (uint32_t)fmin(near + 0.5, CAME_BACK_BEARINGS / 2);
-
     for (uint32_t k = CAME_BACK_BEARINGS - n; k <= CAME_BACK_BEARINGS + n; k++) {
         const struct came_back_bearing *at = &c->bearing[(bearing + k) % CAME_BACK_BEARINGS];
         if (at->looked_ns >= c->standing.since_ns && at->strong_ns < c->standing.since_ns)
@@ -115,7 +113,6 @@ static void count_look(struct came_back *c, const struct view *v, uint32_t beari
     const double astray_rad = astray_of(c, (double)c->bearing[bearing].range_m);
     const struct came_back_place here = {t_ns, bearing, pass->part, astray_rad};
     const bool sure = is_sure(c, bearing, astray_rad * v->per_rad);
-
     pass->astray_rad = fmax(pass->astray_rad, astray_rad);
     if (missed && !sure)
         c->missed = here;
@@ -129,7 +126,6 @@ static void count_look(struct came_back *c, const struct view *v, uint32_t beari
 static void find(struct came_back *c, const struct view *v, uint32_t bearing, uint64_t t_ns)
 {
     struct came_back_part *before = &c->part[c->missed.part];
-
     c->found = (struct came_back_place){.t_ns = t_ns, .bearing = bearing};
     if (!is_beside(&c->missed, &c->found, v))
         return;
@@ -142,7 +138,6 @@ static void find(struct came_back *c, const struct view *v, uint32_t bearing, ui
 static bool is_gone(const struct came_back_pass *pass)
 {
     const struct came_back_looks *all = &pass->all, *sure = &pass->sure;
-
     return (all->n >= LOOKS && all->missed == all->n) ||
            (pass->astray_rad < EXACT_RAD && sure->missed >= LOOKS && 2 * sure->missed >= sure->n);
 }
@@ -151,7 +146,6 @@ static bool is_gone(const struct came_back_pass *pass)
 static void turn_to(struct came_back *c, uint32_t next, uint64_t t_ns)
 {
     struct came_back_part *part = &c->part[c->pass.part];
-
     part->back -= part->back > 0;
     if (c->pass.sure.n > 0)
         part->heard = 4 * c->pass.sure.missed > c->pass.sure.n ? CAME_BACK_MISSED : CAME_BACK_HEARD;
@@ -181,7 +175,6 @@ static void show(struct came_back *c, const struct echoes *e, const struct view 
     struct came_back_part *part = &c->part[c->pass.part];
     const struct echo *echo = strong_echo(&e->beam[beam]);
     const bool due = is_due(part, at, &e->beam[beam]);
-
     if (due)
         count_look(c, v, bearing, e->beam[beam].n == 0, e->t_ns);
     at->looked_ns = e->t_ns;
@@ -204,7 +197,6 @@ static void look(struct came_back *c, const struct echoes *e, const struct view 
 {
     const uint32_t at = part_of(v, e, beam);
     struct came_back_part *part = &c->part[at];
-
     if (at != c->pass.part)
         turn_to(c, at, e->t_ns);
     if (part->since_ns == 0 || !standing_at(&part->pose, &e->pose)) {
@@ -218,7 +210,6 @@ static void look(struct came_back *c, const struct echoes *e, const struct view 
 static void count_back(struct came_back *c, const struct view *v, uint64_t t_ns)
 {
     uint32_t together = 0;
-
     for (int k = 0; k < CAME_BACK_PARTS; k++)
         together += c->part[k].again;
     for (int k = 0; k < CAME_BACK_PARTS; k++) {
@@ -235,7 +226,6 @@ static bool is_doubt(const struct came_back *c, uint64_t now_ns, uint32_t parts)
 {
     uint32_t back = 0, heard = 0;
     bool missed = false;
-
     for (int k = 0; k < CAME_BACK_PARTS; k++) {
         const struct came_back_part *part = &c->part[k];
         if (part->back == 0 || now_ns > part->back_ns + BACK_NS)

@@ -30,7 +30,6 @@ static struct sides sides_of(const struct cfar *cfar, uint32_t n, uint32_t i)
 {
     const uint32_t side = cfar->n_side, guard = cfar->guard;
     struct sides s = {{0, 0}, {n, n}};
-
     if (i > guard)
         s.lead = (struct span){i - guard > side ? i - guard - side : 0, i - guard};
     if (n - i > (uint64_t)guard + 1) {
@@ -70,7 +69,6 @@ size_t cfar_work_size(uint32_t n)
 static struct work work_of(const struct cfar_profile *p)
 {
     struct work w = {.held = p->work};
-
     w.sum = (void *)(w.held + 1);
     w.cells = (void *)(w.sum + p->n + 1);
     w.power = (void *)(w.cells + p->n + 1);
@@ -90,7 +88,6 @@ static void hold_none_from(const struct work *w, uint32_t begin)
 static void hold(const struct cfar_profile *p, struct span s)
 {
     const struct work w = work_of(p);
-
     if (s.begin < w.held->begin || s.begin > w.held->end)
         hold_none_from(&w, s.begin);
     uint64_t sum = w.sum[w.held->end];
@@ -110,7 +107,6 @@ static void hold(const struct cfar_profile *p, struct span s)
 static struct cfar_reference average_of(const struct cfar *cfar, const struct cfar_profile *p, struct sides s)
 {
     const struct work prefix = work_of(p);
-
     hold(p, (struct span){s.lead.begin, s.lag.end});
     const uint64_t lead_sum = prefix.sum[s.lead.end] - prefix.sum[s.lead.begin];
     const uint64_t lag_sum = prefix.sum[s.lag.end] - prefix.sum[s.lag.begin];
@@ -132,7 +128,6 @@ static uint32_t rank_among(const struct cfar *cfar, uint32_t n)
 {
     const uint64_t whole = 2 * (uint64_t)cfar->n_side;
     const uint64_t k = ((uint64_t)cfar->rank * n + whole - 1) / whole;
-
     return k < 1 ? 1 : k > n ? n : (uint32_t)k;
 }
 
@@ -149,7 +144,6 @@ static uint32_t gather_cells(const struct cfar_profile *p, struct span s, uint64
 static uint64_t select_cell(uint64_t *cell, uint32_t n, uint32_t k)
 {
     uint32_t lo = 0, hi = n - 1;
-
     while (lo < hi) {
         const uint64_t pivot = cell[lo + (hi - lo) / 2];
         uint32_t i = lo, j = hi;
@@ -176,7 +170,6 @@ static struct cfar_reference rank_of(const struct cfar *cfar, const struct cfar_
 {
     uint64_t *cell = p->work;
     const uint32_t n_lead = gather_cells(p, s.lead, cell, 0), n = gather_cells(p, s.lag, cell, n_lead);
-
     if (n == 0)
         return (struct cfar_reference){0};
     return (struct cfar_reference){select_cell(cell, n, rank_among(cfar, n) - 1), 1, n_lead == 0 || n_lead == n};
@@ -197,7 +190,6 @@ struct cfar_reference cfar_reference_at(const struct cfar *cfar, const struct cf
 static uint32_t cells_left(const struct cfar_profile *p, struct span s)
 {
     uint32_t n = span_cells(s);
-
     for (uint32_t i = s.begin; p->excluded && i < s.end; i++)
         n -= p->excluded[i] != 0;
     return n;
@@ -207,7 +199,6 @@ static uint32_t cells_left(const struct cfar_profile *p, struct span s)
 static uint32_t count_below(const struct cfar_profile *p, struct span s, uint64_t power)
 {
     uint32_t n = 0;
-
     for (uint32_t i = s.begin; i < s.end; i++)
         n += p->x[i] < power;
     for (uint32_t i = s.begin; p->excluded && i < s.end; i++)
@@ -234,7 +225,6 @@ static bool detects_by_rank(const struct cfar *cfar, const struct cfar_profile *
     const struct sides s = sides_of(cfar, p->n, i);
     const uint32_t n_lead = cells_left(p, s.lead), n = n_lead + cells_left(p, s.lag);
     const uint64_t alpha = n_lead == 0 || n_lead == n ? cfar->alpha_one_q16 : cfar->alpha_q16;
-
     if (n == 0 || !u128_less(u128_product(alpha, cfar->reference_min), u128_product(p->x[i], 65536)))
         return false;
     const uint64_t limit = power_not_below(p->x[i], alpha);
@@ -257,7 +247,6 @@ static bool detects(const struct cfar *cfar, const struct cfar_profile *p, uint3
 static const float *prepare_sieve(const struct cfar *cfar, const struct cfar_profile *p)
 {
     const struct work w = work_of(p);
-
     cfar_sieve_powers(p->x, p->n, w.power);
     for (uint32_t i = 0; p->excluded && i < p->n; i++)
         w.power[i] = p->excluded[i] ? 0.0f : w.power[i];
@@ -281,7 +270,6 @@ static void sieve(const struct cfar *cfar, const struct cfar_profile *p, struct 
     const bool both = windows == BOTH;
     const bool smaller = cfar->alpha_q16 < cfar->alpha_one_q16;
     const uint64_t alpha_q16 = (p->excluded ? smaller : both) ? cfar->alpha_q16 : cfar->alpha_one_q16;
-
     if (cells.begin >= cells.end)
         return;
     if (alpha_q16 == 0) {
@@ -313,7 +301,6 @@ static void sieve_all(const struct cfar *cfar, const struct cfar_profile *p, uin
     const uint32_t n = p->n, head = reach < n ? (uint32_t)reach : n, tail = n - head;
     const uint32_t block = head < CFAR_SIEVE_BLOCK ? CFAR_SIEVE_BLOCK : head;
     const uint32_t edge = block < tail ? block : tail; /* whole blocks at the ends; the middle writes over them */
-
     memset(mask, 0, n);
     if (cfar->edge == CFAR_SHRINK) {
         memset(mask, 1, head);
@@ -328,7 +315,6 @@ static void sieve_all(const struct cfar *cfar, const struct cfar_profile *p, uin
 void cfar_run(const struct cfar *cfar, const struct cfar_profile *profile, uint8_t *mask)
 {
     const uint32_t n = profile->n;
-
     if (n == 0)
         return;
     const struct work work = work_of(profile);

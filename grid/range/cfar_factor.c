@@ -22,7 +22,6 @@ static double ln_beta(double x, double y, uint32_t a, uint32_t b, double *ratio)
 {
     const double big = 0x1p800;
     double term = 1.0, sum = 1.0, scale = 0.0;
-
     for (uint32_t j = 0; j + 1 < b; j++) {
         term *= ((double)a + j) / (j + 1.0) * y;
         sum += term;
@@ -45,7 +44,6 @@ static struct law law_ca(double m, double alpha)
 static struct law law_os(uint32_t m, uint32_t k, double alpha)
 {
     struct law law = {0};
-
     for (uint32_t i = 0; i < k; i++) {
         const double left = (double)(m - i);
         law.ln_p -= log1p(alpha / left);
@@ -66,7 +64,6 @@ static struct law law_branch(bool smaller, uint32_t n, uint32_t m, double alpha)
     const double ln_i = smaller ? ln_beta(x, y, n, m, &ratio) : ln_beta(y, x, m, n, &ratio);
     const struct law alone = law_ca(n, alpha);
     const double dx = (smaller ? m : -(double)m) / (d * d);
-
     return (struct law){.ln_p = alone.ln_p + ln_i, .slope = alone.slope + ratio * dx};
 }
 
@@ -76,7 +73,6 @@ static struct law law_two_sided(bool smaller, uint32_t n1, uint32_t n2, double a
     const struct law b = law_branch(smaller, n2, n1, alpha);
     const double top = fmax(a.ln_p, b.ln_p);
     const double pa = exp(a.ln_p - top), pb = exp(b.ln_p - top);
-
     return (struct law){.ln_p = top + log(pa + pb), .slope = (pa * a.slope + pb * b.slope) / (pa + pb)};
 }
 

@@ -35,7 +35,6 @@ INLINE uint32_t block_begin(uint32_t block, uint32_t n)
 INLINE double to_double(uint64_t v)
 {
     double d;
-
     v |= 0x4330000000000000; /* the bits of 2^52 + v */
     memcpy(&d, &v, sizeof d);
     return d - 0x1p52;
@@ -44,7 +43,6 @@ INLINE double to_double(uint64_t v)
 INLINE uint32_t bits_of(float f)
 {
     uint32_t bits;
-
     memcpy(&bits, &f, sizeof bits);
     return bits;
 }
@@ -76,7 +74,6 @@ INLINE float join_at(struct joint to, const float *part, const float *power)
     const uint32_t c = to.cells;
     const float *behind = power + to.parts * c;
     float sum = part[0] + part[c];
-
     if (to.parts == 3)
         sum += part[2 * c];
     if (to.parts == 4)
@@ -127,7 +124,6 @@ INLINE const float *cfar_sieve_sums_body(const float *power, uint32_t n, uint32_
     int digit = (31 - __builtin_clz(cells)) / 2;
     const float *part = power;
     float *sum = room;
-
     for (struct joint to = {cells >> 2 * digit, 1, 0}; digit >= 0; to.parts = 4) {
         if (to.parts > 1) {
             join(to, part, power, n - to.parts * to.cells - to.rest + 1, sum);
@@ -153,7 +149,6 @@ INLINE uint32_t average_test(enum cfar_detector detector, struct threshold at, f
 {
     const float sum = detector == CFAR_CA ? lead + lag : (lead < lag) == (detector == CFAR_SOCA) ? lead : lag;
     const float threshold = sum * at.factor;
-
     return bits_of((threshold > at.least ? threshold : at.least) - x);
 }
 
@@ -170,7 +165,6 @@ INLINE void average_stretch(enum cfar_detector detector, const struct cfar_stret
 {
     const uint32_t n = s->end - s->begin;
     const float *lead = sum + (int64_t)s->begin + s->lead, *lag = sum + (int64_t)s->begin + s->lag;
-
     x += s->begin;
     mark += s->begin;
     for (uint32_t b = 0; b < blocks_of(n); b++) {
@@ -189,7 +183,6 @@ INLINE void cfar_sieve_average_body(enum cfar_detector detector, const struct cf
         .factor = (float)(s->alpha * SLACK / (detector == CFAR_CA ? 2 * s->cells : s->cells)),
         .least = (float)(s->least * SLACK),
     };
-
     if (detector == CFAR_CA)
         average_stretch(CFAR_CA, s, at, x, sum, mark);
     else if (detector == CFAR_GOCA)
@@ -209,7 +202,6 @@ VARIANTS(, void, cfar_sieve_average,
 INLINE uint8_t code_of(float x)
 {
     const uint32_t one = 127 << 2, code = bits_of(x) >> 21;
-
     return (uint8_t)(code < one ? 0 : code - one > LAST_CODE ? LAST_CODE : code - one + 1);
 }
 
@@ -248,7 +240,6 @@ INLINE void misses_at(const uint8_t *code, uint32_t places, const uint8_t *limit
 {
     const uint32_t half = sizeof(bytes);
     bytes here, near_limit, far_limit, near = {0}, far = {0};
-
     memcpy(&near_limit, limit, half);
     memcpy(&far_limit, limit + half, half);
     for (uint32_t d = 0; d < places; d++) {
@@ -265,7 +256,6 @@ INLINE void misses_at(const uint8_t *code, uint32_t places, const uint8_t *limit
 INLINE bool add_misses(const uint8_t *restrict miss, uint16_t allowed, uint16_t *restrict total)
 {
     uint16_t any = 0;
-
     for (int j = 0; j < BLOCK; j++) {
         total[j] = (uint16_t)(total[j] + miss[j]);
         any |= total[j] <= allowed;
@@ -284,7 +274,6 @@ INLINE void window_misses(const uint8_t *code, uint32_t cells, const uint8_t *li
 {
     uint8_t miss[BLOCK];
     uint32_t left = cells;
-
     for (; left > PLACES; left -= PLACES, code += PLACES) {
         misses_at(code, PLACES, limit, miss);
         if (!add_misses(miss, allowed, total))
@@ -307,9 +296,7 @@ INLINE void cfar_sieve_rank_body(const struct cfar_stretch *s, uint32_t rank, co
     const bool both = s->lead != s->lag;
     const uint32_t cells = s->cells;
     const uint16_t allowed = (uint16_t)((both ? 2 * cells : cells) - rank);
-
     const uint32_t n = s->end - s->begin;
-
     if (n < BLOCK)
         memset(mark + s->begin, 1, n);
     for (uint32_t b = 0; b < blocks_of(n); b++) {

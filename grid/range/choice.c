@@ -33,7 +33,6 @@ static double edge_m(const struct beam *p, uint32_t i)
 static uint32_t bin_from(const struct beam *p, double range_m)
 {
     const double bin = ceil(fmax(range_m - p->r0, 0.0) / p->dr - 1e-6);
-
     return bin < p->n ? (uint32_t)bin : p->n;
 }
 
@@ -45,7 +44,6 @@ static uint32_t full_scale(const struct beam *p)
 static uint32_t loudest(const struct beam *p, uint32_t begin, uint32_t end)
 {
     uint32_t at = begin;
-
     for (uint32_t i = begin; i < end; i++)
         at = count_of(p, i) > count_of(p, at) ? i : at;
     return at;
@@ -87,7 +85,6 @@ static struct near_end near_end_of(const struct beam *p, const struct choice_rin
 static uint32_t loud_until(const struct beam *p, struct near_end e)
 {
     const uint32_t most = e.most > 0 ? count_of(p, loudest(p, 0, e.most)) : 0;
-
     return most > 0 ? next_quiet(p, e.sends, p->n, (most + AS_STRONG - 1) / AS_STRONG) : 0;
 }
 
@@ -95,7 +92,6 @@ static uint32_t loud_until(const struct beam *p, struct near_end e)
 static uint32_t ring_end(const struct beam *p, struct near_end e, uint32_t loud)
 {
     uint32_t at = e.sends, lowest = UINT32_MAX;
-
     for (; at < p->n && e.most > 0 && count_of(p, at) >= loud && count_of(p, at) <= RISE * lowest; at++)
         lowest = count_of(p, at) < lowest ? count_of(p, at) : lowest;
     return at;
@@ -128,7 +124,6 @@ static bool rings_on(const struct beam *p, struct near_end e, uint32_t end, uint
                      const struct choice_ring *ring)
 {
     const uint32_t guard = 1 + (uint32_t)fmin(ceil((double)p->ping->pulse_m / p->dr), PING_MAX_BINS);
-
     if (end > e.sends && end > e.most)
         return true;
     return ring->learnt && until > ring->usual + guard && next_loud(p, 0, e.most, loud) < e.most;
@@ -138,7 +133,6 @@ static bool rings_on(const struct beam *p, struct near_end e, uint32_t end, uint
 static bool stands_out(const struct beam *p, uint32_t begin, uint32_t first, uint32_t loud)
 {
     uint32_t raised = 0, echoes = 0, gap = NEAR_BINS + 1;
-
     for (uint32_t i = begin; i < first; i++)
         raised += AS_STRONG * count_of(p, i) >= loud;
     for (uint32_t i = first; i < p->n; i++) {
@@ -155,7 +149,6 @@ static struct shown look(const struct beam *p, double range_m, uint32_t until, c
     const struct near_end e = near_end_of(p, ring);
     const struct window w = window_of(p, range_m, e.most);
     struct shown s = {.from_m = fmax(fmax(p->r0, (double)p->ping->deaf_m), ring->promised_m)};
-
     if (w.begin >= w.end)
         return s;
     const uint32_t chosen = loudest(p, w.begin, w.end), loud = (count_of(p, chosen) + AS_STRONG - 1) / AS_STRONG;
@@ -184,7 +177,6 @@ static double half_m(const struct beam *p)
 static void enter_first(const struct beam *p, const struct shown *s, uint32_t chosen_count, struct choice *out)
 {
     const uint32_t at = loudest(p, s->first, s->behind);
-
     if (edge_m(p, s->first) < s->from_m)
         return;
     out->echo_m = edge_m(p, at) + p->dr / 2.0;
@@ -204,7 +196,6 @@ void choice_judge(const struct ping *ping, uint16_t b, double range_m, const str
     const struct near_end e = near_end_of(&p, ring);
     const uint32_t until = loud_until(&p, e);
     const struct shown s = look(&p, range_m, until, ring);
-
     *out = (struct choice){
         .heard = s.heard, .rings = s.rings, .loud_until = until < e.most ? until : e.most, .from_m = s.from_m};
     if (s.heard) {

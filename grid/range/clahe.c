@@ -34,7 +34,6 @@ uint32_t clahe_tile_row(const struct clahe_grid *g, uint32_t row)
 void clahe_tabulate(const uint32_t count[256], uint64_t pixels, uint32_t clip_q100, clahe_table table)
 {
     uint64_t h[256], excess = 0, below = 0;
-
     const uint64_t share = (uint64_t)clip_q100 * pixels / 25600, limit = share > 1 ? share : 1;
     for (int v = 0; v < 256; v++) {
         h[v] = count[v];
@@ -69,7 +68,6 @@ static int64_t centre_of(uint32_t tile, uint32_t length, uint32_t tiles)
 static int64_t centre_beyond(int64_t tile, uint32_t length, uint32_t tiles)
 {
     const int64_t turn = 2 * (int64_t)length;
-
     if (tile < 0)
         return centre_of(tiles - 1, length, tiles) - turn;
     return tile < tiles ? centre_of((uint32_t)tile, length, tiles) : centre_of(0, length, tiles) + turn;
@@ -84,7 +82,6 @@ static struct pair alone(uint32_t tile)
 static struct pair pair_at(int64_t at, uint32_t length, uint32_t tiles, bool wrap)
 {
     uint32_t next = 0;
-
     while (next < tiles && centre_of(next, length, tiles) <= at)
         next++;
     if (!wrap && (next == 0 || next == tiles))
@@ -127,7 +124,6 @@ static void blend_columns(bool keep_zero, const struct blended *row, struct pair
     const uint32_t *left = row->table[x.a], *right = row->table[x.b], step = x.a == x.b ? 0 : 2;
     const uint64_t whole = (uint64_t)x.whole * row->whole;
     const double share = 1.0 / (double)(2 * whole);
-
     for (uint32_t i = 0; i < n; i++) {
         const uint64_t acc = (uint64_t)left[in[i]] * x.weight_a + (uint64_t)right[in[i]] * x.weight_b;
         const uint8_t level = (uint8_t)(((double)(2 * acc + whole) + 0.5) * share);
@@ -143,7 +139,6 @@ void clahe_row(const struct clahe_grid *g, const clahe_table *table, const bool 
     struct blended blended;
     const uint32_t half = !g->corner;
     struct pair y = pair_at(2 * (int64_t)row + half, g->rows, g->tiles_y, g->wrap);
-
     if (!only_ready(ready, &y)) {
         memmove(out, in, g->columns);
         return;

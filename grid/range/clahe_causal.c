@@ -44,7 +44,6 @@ static void complete_tile(struct clahe_causal *c)
 void clahe_causal_row(struct clahe_causal *c, uint32_t row, bool new_pass, const uint8_t *in, uint8_t *out)
 {
     const uint32_t tile = clahe_tile_row(&c->grid, row);
-
     if (tile != c->tile || new_pass || c->grid.rows == 1)
         complete_tile(c);
     c->tile = tile;

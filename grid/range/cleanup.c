@@ -85,7 +85,6 @@ static struct layout layout_for(const struct cleanup_conf *conf, uint32_t max_bi
 {
     const size_t turn = round_up(turn_size(POLAR_MAX_ROWS, max_bins, 1));
     struct layout l = {.slots = round_up(sizeof(struct cleanup))};
-
     l.image = l.slots + round_up(ARRAYS * (size_t)max_bins * (MAX_DELAY + 1));
     l.work = l.image + (conf->median ? round_up((size_t)POLAR_MAX_ROWS * max_bins) : 0);
     l.smooth = l.work + (conf->median ? round_up(median_work_size(max_bins)) : 0);
@@ -144,7 +143,6 @@ struct cleanup *cleanup_init(void *mem, const struct cleanup_conf *conf, const s
 static void begin_image(struct cleanup *c)
 {
     const uint32_t rows = c->polar.rows, bins = c->polar.n_bins;
-
     c->images++;
     if (c->conf.otsu)
         turn_begin(&c->smooth, rows, bins, 1, 1);
@@ -177,7 +175,6 @@ static double approach_bins(const struct cleanup *c, const struct slot *s, const
     const struct pose *now = &s->ping.pose;
     const double dt_s = (double)(int64_t)(s->ping.t_ns - r->t_ns) * 1e-9;
     double way_m[3], axis[3];
-
     if (!(now->has & POSE_ATTITUDE) || !way_between(&r->pose, now, dt_s, way_m))
         return 0.0;
     geo_direction((double)s->beam.az_rad, (double)s->beam.el_rad, axis);
@@ -189,7 +186,6 @@ static double approach_bins(const struct cleanup *c, const struct slot *s, const
 static int32_t shift_of(const struct cleanup *c, const struct slot *s, const struct polar_row *r)
 {
     const double bins = approach_bins(c, s, r), most = (double)s->ping.n_bins;
-
     return bins >= -most && bins <= most ? -(int32_t)floor(bins + 0.5) : 0;
 }
 
@@ -197,7 +193,6 @@ static void smooth(const struct cleanup *c, const struct slot *s, uint8_t *out)
 {
     const int reach = (int)c->conf.median / 2;
     struct median_row row[MEDIAN_MAX_SIZE] = {{0}};
-
     for (int k = -reach; k <= reach; k++) {
         const struct polar_row *r = k ? polar_neighbour(&c->polar, s->row, k) : NULL;
         if (r)
@@ -212,7 +207,6 @@ static void histogram_of(const struct turn *t, uint64_t count[256])
 {
     uint64_t pixels;
     const uint32_t *of_turn = turn_histogram(t, 0, 0, &pixels);
-
     for (int v = 0; v < 256; v++)
         count[v] = of_turn[v];
 }
@@ -221,7 +215,6 @@ static void cut_background(struct cleanup *c, uint32_t row, uint32_t n, uint8_t 
 {
     uint64_t count[256];
     uint8_t t;
-
     turn_put(&c->smooth, row, bin);
     histogram_of(&c->smooth, count);
     c->threshold = otsu_two(count, &t) ? t : -1;
@@ -233,7 +226,6 @@ static int lowest_class(struct cleanup *c, uint32_t row, const uint8_t *bin)
 {
     uint64_t count[256];
     uint8_t t[2];
-
     turn_put(&c->contrast, row, bin);
     histogram_of(&c->contrast, count);
     if (otsu_three(count, t))
@@ -246,7 +238,6 @@ static void clean_oldest(struct cleanup *c)
 {
     struct slot *s = &c->slot[(c->first + c->ready) % (MAX_DELAY + 1)];
     const uint32_t n = s->ping.n_bins;
-
     if (c->conf.median)
         smooth(c, s, s->clean);
     else
@@ -275,7 +266,6 @@ static void fill_slot(struct slot *s, const struct ping *ping, const uint8_t *ba
 {
     const uint8_t *sample = ping->samples;
     const uint32_t n = ping->n_bins;
-
     s->ping = *ping;
     s->beam = ping->beam[0];
     s->ping.beam = &s->beam;
@@ -297,7 +287,6 @@ bool cleanup_put(struct cleanup *c, const struct ping *ping, const uint8_t *back
                  const uint8_t *own)
 {
     const bool image = is_image(c, ping), fits = image && polar_fits(&c->polar, ping);
-
     while (c->waiting > 0 && !fits)
         clean_oldest(c);
     if (!image) {

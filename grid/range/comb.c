@@ -88,7 +88,6 @@ uint8_t comb_due(const struct comb *c, const float *near_m, unsigned n, float wi
     const double now_s = ping_s(c);
     double until_s = -INFINITY;
     uint8_t due = 0;
-
     if (!c->known || is_stale(c, now_s) || is_alias(c, c->period_s, width_of(c) + (double)within_m / c->second_m))
         return 0;
     for (unsigned i = 0; i < n; i++) {
@@ -149,7 +148,6 @@ static struct trail follow_back(const struct comb *c, double period_s, double k)
     struct trail best = {.half_s = half_s};
     struct line line = {.period_s = period_s};
     double odds = 0.0;
-
     add_pulse(&line, 0.0, 0.0);
     add_pulse(&line, k, k * period_s);
     for (uint32_t i = 1; i < kept && odds > HOPELESS; i++) {
@@ -168,7 +166,6 @@ static struct trail likeliest(const struct comb *c)
 {
     const uint32_t kept = c->arrivals < COMB_ARRIVALS ? c->arrivals : COMB_ARRIVALS;
     struct trail best = {.odds = 0.0};
-
     for (uint32_t i = 1; i <= PAIRS && i < kept; i++)
         for (int k = 1; k <= MULTIPLES; k++) {
             const double period_s = (arrived_s(ago(c, 0)) - arrived_s(ago(c, i))) / k;
@@ -191,7 +188,6 @@ static double off_line(const struct comb *c, const struct trail *t, double arriv
 static double narrow(const struct comb *c, struct trail *t)
 {
     double sum = 0.0, n = 0.0;
-
     for (uint32_t i = 0; i < t->n; i++) {
         const double off_s = off_line(c, t, arrived_s(ago(c, i)));
         if (fabs(off_s) <= t->half_s) {
@@ -210,7 +206,6 @@ static double narrow(const struct comb *c, struct trail *t)
 static double chance_of(const struct comb *c, const struct trail *t)
 {
     uint32_t on = 0;
-
     for (uint32_t i = 0; i < t->n; i++)
         for (uint32_t j = 0; j < t->n; j++)
             on += fabs(off_line(c, t, ago(c, i)->ping_s + ago(c, j)->delay_s)) <= t->half_s;
@@ -220,7 +215,6 @@ static double chance_of(const struct comb *c, const struct trail *t)
 static void search(struct comb *c)
 {
     struct trail t = likeliest(c);
-
     if (t.odds < BELIEVE / 2.0)
         return;
     const double pulses = narrow(c, &t);
@@ -247,7 +241,6 @@ static void doubt_period(struct comb *c)
 static void follow(struct comb *c, double arrival_s)
 {
     const double off_s = off_by(arrival_s - c->pulse_s, c->period_s);
-
     if (!begins(c, arrival_s)) {
         doubt_period(c);
         return;
@@ -267,7 +260,6 @@ void comb_learn(struct comb *c, const float *near_m, unsigned n, uint8_t lone)
 {
     const double now_s = ping_s(c);
     bool came = false;
-
     if (is_stale(c, now_s))
         c->known = false;
     if (c->known && is_alias(c, c->period_s, width_of(c)))

@@ -127,7 +127,6 @@ static uint64_t to_q16(double alpha)
 static void solve_factors(struct extract *e)
 {
     const struct extract_conf *c = &e->conf;
-
     for (uint32_t n = 1; n <= MAX_FACTORS; n++) {
         const uint32_t k_both = (uint32_t)ceil(c->rank * 2.0 * n), k_one = (uint32_t)ceil(c->rank * n);
         double both = 1.0, one = 1.0;
@@ -146,7 +145,6 @@ struct layout {
 static struct layout layout_for(uint32_t max_bins)
 {
     struct layout l;
-
     l.cell = (sizeof(struct extract) + _Alignof(max_align_t) - 1) / _Alignof(max_align_t) * _Alignof(max_align_t);
     l.bits = l.cell + max_bins * sizeof(uint64_t);
     l.work = l.bits + profile_blocks(max_bins) * sizeof(uint64_t);
@@ -197,7 +195,6 @@ static bool amplitude_for(struct extract *e, const struct ping *p)
     const bool override = e->conf.law != EXTRACT_LAW_OF_PING;
     const enum amplitude_law law = override ? (enum amplitude_law)e->conf.law : (enum amplitude_law)p->law;
     const double db = override ? e->conf.db_per_count : (double)p->db_per_count;
-
     if (e->amplitude.sample_bytes == p->sample_bytes && e->amplitude.law == law &&
         (law != AMPLITUDE_LOG || e->amplitude_db == db))
         return true;
@@ -213,7 +210,6 @@ static bool amplitude_for(struct extract *e, const struct ping *p)
 static bool axis_for(struct extract *e, const struct ping *p)
 {
     struct profile_axis axis;
-
     if (!profile_axis_of(&axis, p, e->conf.window_m, e->conf.guard_m, e->max_bins))
         return false;
     e->now = settings_for(&e->settings, &axis, p->gain);
@@ -225,7 +221,6 @@ static bool detector_for(const struct extract *e, const struct profile *p, struc
 {
     const struct profile_axis *a = p->axis;
     const uint32_t n = a->n - p->first;
-
     if (n < 2 * a->guard + 3)
         return false;
     const uint32_t room = (n - 1) / 2 - a->guard; /* so that every cell has one complete side */
@@ -252,9 +247,7 @@ static bool is_quiet(const struct profile *p, const struct cfar *cfar)
     const struct u128 product = u128_product(alpha_q16, p->floor_power);
     const uint64_t threshold = product.hi >> 16 ? UINT64_MAX : product.hi << 48 | product.lo >> 16;
     const uint64_t full = p->full_power - 1;
-
     const uint32_t n = p->axis->n;
-
     return profile_next_above(p, p->first, n, threshold < full ? threshold : full) == n;
 }
 
@@ -270,7 +263,6 @@ static void enter_reflections(const struct extract *e, const struct profile *p, 
 {
     const double unit = (double)(UINT64_C(1) << p->shift);
     struct reflection r;
-
     for (uint32_t i = p->first; out->n < ECHOES_PER_BEAM && reflection_next(p, d, i, &r); i = r.last + 1) {
         if (r.contrast >= e->contrast * DOUBTFUL && out->n == 0)
             reflection_reach_back(p, d, &r);
@@ -292,7 +284,6 @@ static const uint8_t *blind_cells(struct extract *e, const uint8_t *masked)
 {
     const uint32_t n = e->now->axis.n, half = e->now->axis.half;
     uint32_t until = 0; /* cells before it hold the last masked bin */
-
     for (uint32_t i = 0; i < n + half; i++) {
         if (i < n && masked[i])
             until = i + 2 * half + 1;
@@ -306,7 +297,6 @@ static const uint8_t *blind_cells(struct extract *e, const uint8_t *masked)
 static void pass_mask_of_ring(struct profile *p)
 {
     uint32_t end = p->first;
-
     while (end < p->axis->n && profile_blind(p, end))
         end++;
     if (end - p->first <= p->axis->guard)
@@ -322,7 +312,6 @@ struct late_ring {
 static struct late_ring end_ring_down(const struct extract *e, struct profile *p, struct of_ping *of_ping)
 {
     uint64_t usual;
-
     if (e->conf.ring_down_m >= 0.0) {
         p->first = ring_down_at(p, e->conf.ring_down_m);
         return (struct late_ring){0, 0};
@@ -343,7 +332,6 @@ static struct late_ring end_ring_down(const struct extract *e, struct profile *p
 static uint64_t ring_power(const struct profile *p)
 {
     uint64_t loudest = 0;
-
     for (uint32_t i = 0; i < p->first; i++)
         if (p->cell[i] > loudest)
             loudest = p->cell[i];
@@ -354,7 +342,6 @@ static uint64_t ring_power(const struct profile *p)
 static uint32_t ring_loud_until(const struct profile *p, uint64_t loudest)
 {
     uint32_t until = p->first;
-
     while (until > 0 && p->cell[until - 1] < loudest / 2)
         until--;
     return until;
@@ -373,7 +360,6 @@ static bool is_near_shadow(const struct extract *e, const struct profile *p, con
     const uint64_t own = own_ring_power(p);
     const uint32_t own_until = own_ring_loud_until(p, own);
     uint64_t usual;
-
     of_ping->ring_power = ring < of_ping->ring_power ? ring : of_ping->ring_power;
     of_ping->ring_loud = loud_until < of_ping->ring_loud ? loud_until : of_ping->ring_loud;
     if (usual_get(&e->now->ring_power, &usual) && ring / RINGS > (usual > own ? usual : own))
@@ -402,7 +388,6 @@ static void find_free_aside(const struct extract *e, const struct profile *p, co
     const double end = fmax(0.0, floor(((double)out->free_to_m - p->axis->r0) / p->axis->dr));
     const struct free_water on_axis = {begin, end < p->axis->n ? (uint32_t)end : p->axis->n};
     const struct free_water_aside aside = free_water_aside(p, b, on_axis, detectable, e->contrast);
-
     out->off_axis = true;
     out->side_to_m = fminf(out->free_to_m, (float)profile_m(p, aside.side_end));
     out->edge_from_m = (float)profile_m(p, aside.edge.begin);
@@ -418,7 +403,6 @@ static void find_free_interval(const struct extract *e, const struct profile *p,
 {
     const bool bold = e->conf.no_echo == EXTRACT_RANGE, deaf = bold && out->n == 0;
     uint32_t begin = p->first;
-
     if (b && e->conf.ring_down_m < 0.0)
         begin = free_water_begin(p, b, levels->target);
     const bool rings = b && free_water_rings_on(p, b, begin);
@@ -497,7 +481,6 @@ static struct levels levels_of(struct extract *e, const struct ping *ping, doubl
                       ? full * free_water_detectable(e->amplitude.law, (double)ping->gain_db, c->target_db)
                       : wall,
         .bottom = c->bottom_db < 0.0 ? INFINITY : wall * free_water_bottom_over_wall(c->bottom_db)};
-
     e->reference.power = levels.target;
     e->reference.full = full;
     e->reference.bins = 2 * (uint64_t)e->now->axis.half + 1;
@@ -510,7 +493,6 @@ static bool is_noisy(const struct baseline *b, const struct profile *p, double b
 {
     const uint32_t half = p->axis->half;
     uint32_t i = p->axis->n > half ? p->axis->n - half : 0; /* cells nearer to the ends have fewer bins */
-
     while (i > half && b->level[i - 1] >= bottom)
         i--;
     return p->axis->n > 2 * half && i <= half;
@@ -553,7 +535,6 @@ static void extract_profile(struct extract *e, const struct ping *ping, uint16_t
         .bits = e->bits,
     };
     const struct baseline *usual = baseline_known(&e->now->baseline) ? &e->now->baseline : NULL;
-
     out->hides = doubted(e) ? BEAM_HIDES_DEAF : BEAM_HIDES_NOTHING;
     profile_sum(&p, &e->amplitude, p.samples, e->conf.floor_counts, e->work);
     const double full = (double)amplitude_of(&e->amplitude, e->amplitude.max_count) * (2.0 * p.axis->half + 1.0);
@@ -616,7 +597,6 @@ static void extract_profile(struct extract *e, const struct ping *ping, uint16_t
 static struct echo echo_at(float range_m, float near_m, const struct ping_beam *beam)
 {
     const float sd = beam->range_sd_m >= 0.0f && beam->range_sd_m < 1e5f ? beam->range_sd_m : 0.0f;
-
     return (struct echo){
         .range_m = range_m,
         .near_m = fmaxf(fminf(near_m, range_m - RANGES_NEARER_SDS * sd), 0.0f),
@@ -632,7 +612,6 @@ static void extract_ranges(const struct extract *e, const struct ping *ping, flo
 {
     const double begin_m = fmax((double)ping->r0_m, (double)ping->deaf_m);
     const bool any = order_is_range(of_beam->beam);
-
     if (!any && of_beam->beam->range_m != 0.0f)
         return;
     out->state = BEAM_SILENT;
@@ -666,7 +645,6 @@ static float before_echo_m(const struct extract *e, const struct ping *ping, con
 {
     const float minimum_m = (float)e->conf.minimum_range_m;
     const bool again = fabsf((float)c->to_m - e->choice_to_m) <= ping->pulse_m + 2.0f * ping->dr_m;
-
     if (out->n == 0)
         return minimum_m;
     return chosen || again ? out->echo[0].near_m : fminf(out->echo[0].near_m, minimum_m);
@@ -694,7 +672,6 @@ static void extract_choice(const struct extract *e, const struct ping *ping, uin
     const bool chosen = order_is_range(beam);
     struct choice_ring ring = {.promised_m = e->conf.ring_down_m};
     struct choice c;
-
     if (!chosen && beam->range_m != 0.0f)
         return;
     ring.learnt = usual_get(&e->now->choice_ring, &ring.usual);
@@ -737,7 +714,6 @@ static struct hearing_levels listen(struct extract *e, const struct ping *ping)
 {
     struct hearing_levels levels = hearing_levels_of(&e->now->axis, &e->amplitude, ping->samples, ping->n_beams,
                                                      (double)ping->deaf_m, e->conf.floor_counts);
-
     levels.repeats = hearing_repeats(&e->prints, levels.print);
     e->doubt = hearing_take(&e->now->hearing, &levels);
     hearing_alarm_take(&e->alarm, e->doubt);
@@ -757,7 +733,6 @@ static void learn(struct extract *e, const struct of_ping *of_ping, const struct
 static struct beam_echoes *add_beam(struct echoes *out, const struct ping_beam *axis)
 {
     struct beam_echoes *beam = &out->beam[out->n_beams++];
-
     *beam = (struct beam_echoes){.az_rad = axis->az_rad, .el_rad = axis->el_rad, .state = BEAM_BLIND};
     return beam;
 }
@@ -766,7 +741,6 @@ static struct beam_echoes *add_beam(struct echoes *out, const struct ping_beam *
 static void extract_ready(const struct extract *e, const struct ping *ping, struct echoes *out)
 {
     struct order order;
-
     order_ranges(ping, &order);
     for (uint16_t i = 0, n; i < order.n && out->n_beams < out->max_beams; i = (uint16_t)(i + n)) {
         struct beam_echoes *beam = add_beam(out, order.entry[i].beam);
@@ -784,7 +758,6 @@ void extract_run(struct extract *extract, const struct ping *ping, const struct 
                         axis_for(extract, ping);
     const bool profile = ping->kind == PING_PROFILE && amplitude_for(extract, ping) && axis_for(extract, ping);
     const double end_m = (double)ping->r0_m + (double)ping->n_bins * (double)ping->dr_m;
-
     out->t_ns = ping->t_ns;
     out->t_in_ns = ping->t_in_ns;
     out->seq = ping->seq;

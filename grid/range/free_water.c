@@ -35,7 +35,6 @@
 double free_water_detectable(enum amplitude_law law, double gain_db, double below_wall_db)
 {
     const double wall_db = law == AMPLITUDE_LOG ? WALL_LOG_DB : WALL_DB;
-
     return pow(10.0, (wall_db + gain_db - FADING_DB - below_wall_db) / 10.0);
 }
 
@@ -48,7 +47,6 @@ bool free_water_is_dumb(const struct profile *p)
 {
     const uint32_t n = p->axis->n;
     uint32_t loud = p->first, silent = 0;
-
     while (loud < n && profile_saturated(p, loud))
         loud++;
     while (silent < n && profile_count(p, silent) == 0)
@@ -69,7 +67,6 @@ static double cell_power(const struct profile *p, uint32_t i)
 static uint32_t loudest_near_head(const struct profile *p, const struct baseline *b)
 {
     uint32_t top = 0;
-
     for (uint32_t i = 1; i < p->axis->n && i < 3 * p->axis->guard; i++)
         top = b->level[i] > b->level[top] ? i : top;
     return top;
@@ -78,7 +75,6 @@ static uint32_t loudest_near_head(const struct profile *p, const struct baseline
 uint32_t free_water_begin(const struct profile *p, const struct baseline *b, double detectable)
 {
     uint32_t i = loudest_near_head(p, b);
-
     while (i < p->axis->n && HIDES * b->level[i] >= detectable)
         i++;
     return i < p->axis->n ? i : p->first;
@@ -105,7 +101,6 @@ static double quiet_power(const struct profile *p, const struct baseline *b, uin
     const double calm = b ? b->calm[block] : INFINITY,
                  floor = profile_floor(p) * (double)(UINT64_C(1) << p->shift);
     const double unusual = contrast * (calm > floor ? calm : floor);
-
     return unusual < detectable ? unusual : detectable;
 }
 
@@ -136,7 +131,6 @@ static struct free_water free_from(const struct profile *p, const struct baselin
                                    double detectable, double contrast)
 {
     const uint32_t n = p->axis->n, half = p->axis->half;
-
     while (begin < n && cell_power(p, begin) >= detectable && !profile_saturated(p, begin) &&
            !(b && free_water_stands_out(p, b, begin, contrast)))
         begin++;
@@ -167,7 +161,6 @@ struct free_water free_water_before_surface(const struct profile *p, struct free
     const uint32_t window = w.begin < w.end ? sooner(p->axis->window, w.end - w.begin) : 0;
     const uint64_t most = profile_below(p, power * (double)window);
     uint64_t sum = 0;
-
     /* no mean is louder than all of its cells */
     const uint32_t loud = window ? profile_next_above(p, w.begin, w.end, profile_below(p, power)) : w.end;
     if (loud >= w.end)
@@ -192,7 +185,6 @@ struct free_water_aside free_water_aside(const struct profile *p, const struct b
 {
     const uint32_t side_end = sooner(free_from(p, b, w.begin, detectable / SIDE_LOSS, contrast).end, w.end);
     struct free_water edge = free_from(p, b, w.begin, detectable / EDGE_LOSS, contrast);
-
     edge.end = sooner(edge.end, side_end);
     struct free_water surface = edge;
     if (edge.begin >= edge.end || edge.end - edge.begin < p->axis->window)

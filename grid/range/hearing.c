@@ -72,7 +72,6 @@ static uint32_t count_at(const struct amplitude *law, const void *samples, uint3
 static double power_from(const struct amplitude *law, const void *samples, uint32_t begin, uint32_t bins)
 {
     uint64_t sum = 0; /* 8192 bins of less than 2^48 */
-
     for (uint32_t i = begin; i < begin + bins; i++)
         sum += amplitude_of(law, count_at(law, samples, i));
     return (double)(int64_t)sum / bins;
@@ -87,7 +86,6 @@ bool hearing_varies(const struct amplitude *law, const void *samples, uint32_t f
 {
     uint32_t low = UINT32_MAX, high = 0, other = UINT32_MAX, loud = 0;
     bool many = false; /* more than two values */
-
     if (n < from + VARIES_BINS)
         return true;
     const uint32_t first = count_at(law, samples, from);
@@ -109,7 +107,6 @@ static double noise_of(const struct amplitude *law, const void *samples, uint32_
 {
     const uint32_t bins = n > begin ? (n - begin) / NOISE_WINDOWS : 0;
     double window[NOISE_WINDOWS];
-
     if (bins == 0)
         return -1.0;
     for (uint32_t w = 0; w < NOISE_WINDOWS; w++) {
@@ -133,7 +130,6 @@ static uint64_t print_on(uint64_t print, const struct amplitude *law, const uint
 static uint32_t changes_of(const struct amplitude *law, const void *samples, uint32_t from, uint32_t n)
 {
     uint32_t changes = 0;
-
     for (uint32_t i = from + 1; i < n; i++)
         changes += count_at(law, samples, i) != count_at(law, samples, i - 1);
     return changes;
@@ -173,7 +169,6 @@ struct hearing_levels hearing_levels_of(const struct profile_axis *axis, const s
 bool hearing_repeats(struct hearing_prints *prints, uint64_t print)
 {
     const bool repeats = print != 0 && (print == prints->last[0] || print == prints->last[1]);
-
     prints->last[1] = prints->last[0];
     prints->last[0] = print;
     return repeats;
@@ -189,7 +184,6 @@ static double above(double power, double least)
 static uint32_t loudest_part(const double *part, uint32_t from, uint32_t parts)
 {
     uint32_t at = from;
-
     for (uint32_t i = from + 1; i < parts && i < PEAK_PARTS; i++)
         at = part[i] > part[at] ? i : at;
     return at;
@@ -203,7 +197,6 @@ static bool decays(const double *part, const struct hearing_levels *levels, uint
 {
     const uint32_t peak = loudest_part(part, from, levels->parts);
     const double most = above(part[peak], levels->least) / times;
-
     for (uint32_t i = peak; i + VALLEY_PARTS <= levels->parts; i++) {
         double valley = 0.0;
         for (uint32_t k = i; k < i + VALLEY_PARTS; k++)
@@ -238,7 +231,6 @@ static bool core_is_missing(const struct hearing *h, const struct hearing_levels
 static bool noise_is_lost(const struct hearing *h, const struct hearing_levels *levels)
 {
     const double lost = levels->hidden ? NOISE_LOST_HIDDEN : NOISE_LOST;
-
     return levels->noise >= 0.0 && h->noises >= NOISE_LEAST &&
            lost * above(levels->noise, levels->count) < h->noise;
 }
@@ -271,14 +263,12 @@ static enum hearing_doubt what_it_lacks(const struct hearing *h, const struct he
 static double eighth_toward(double usual, double power, uint32_t beams)
 {
     const double step = fmax(8.0 / (beams + 1), 0.02);
-
     return power > usual ? fmin(power, usual * (1.0 + step)) : fmax(power, usual / (1.0 + 7.0 * step));
 }
 
 static void learn_ring(struct hearing *h, const struct hearing_levels *levels)
 {
     const uint32_t before = h->rings;
-
     h->rings += before < UINT32_MAX / 2 ? levels->beams : 0;
     for (uint32_t i = 0; i < levels->parts; i++) {
         const double power = above(levels->part[i], levels->least);
@@ -309,7 +299,6 @@ static void learn_noise(struct hearing *h, const struct hearing_levels *levels)
 enum hearing_doubt hearing_take(struct hearing *h, const struct hearing_levels *levels)
 {
     const enum hearing_doubt doubt = what_it_lacks(h, levels);
-
     if (doubt != HEARING_HEARS)
         return doubt;
     h->proofs = 0;
@@ -329,7 +318,6 @@ void hearing_prove(struct hearing *h, const struct hearing_levels *levels)
 static int bits_of(uint64_t set)
 {
     int n = 0;
-
     for (; set; set &= set - 1)
         n++;
     return n;
@@ -338,7 +326,6 @@ static int bits_of(uint64_t set)
 void hearing_alarm_take(struct hearing_alarm *alarm, enum hearing_doubt doubt)
 {
     const bool doubted = doubt > HEARING_NOT_LEARNT;
-
     alarm->last = doubted ? doubt : alarm->last;
     alarm->doubted = alarm->doubted << 1 | doubted;
     const uint64_t latest = alarm->doubted & LATEST;

@@ -4,7 +4,6 @@
 bool immersion_is_out(const struct pose *pose, const struct mount *mount)
 {
     double below_m = geo_length(mount->position_m);
-
     if (!(pose->has & POSE_DEPTH))
         return false;
     if (pose->has & POSE_ATTITUDE) {

@@ -31,7 +31,6 @@ static int level_of(double mean)
 static int step_of(double scatter)
 {
     const double step = STEPS_PER_OCTAVE * log2(fmax(scatter, LEAST_SCATTER) / LEAST_SCATTER);
-
     return (int)fmin(step, LAW_CHECK_STEPS - 1);
 }
 
@@ -50,7 +49,6 @@ void law_check_add(struct law_check *check, const struct profile *p)
 {
     const struct profile_axis *a = p->axis;
     const uint32_t apart = (uint32_t)ceil(a->resolution_bins), behind = a->n > p->first ? a->n - p->first : 0;
-
     if (p->amplitude->sample_bytes != 1 || behind < a->window || a->window <= 2 * apart)
         return;
     const uint32_t begin = p->first + check->windows++ % (behind / a->window) * a->window;
@@ -72,7 +70,6 @@ static double median_of(const struct law_check *check, int level)
 {
     uint32_t n = 0;
     int step = 0;
-
     while ((n += check->scatter[level][step]) * 2 < check->n[level])
         step++;
     return (double)step / STEPS_PER_OCTAVE;
@@ -82,7 +79,6 @@ double law_check_slope(const struct law_check *check)
 {
     double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
     int lowest = LAW_CHECK_LEVELS, highest = -1;
-
     for (int level = 0; level < LAW_CHECK_LEVELS; level++) {
         if (check->n[level] < ENOUGH)
             continue;
@@ -101,7 +97,6 @@ double law_check_slope(const struct law_check *check)
 enum law_doubt law_check_doubt(const struct law_check *check, enum amplitude_law law)
 {
     const double slope = law_check_slope(check);
-
     if ((law == AMPLITUDE_LINEAR || law == AMPLITUDE_POWER) && slope < COMPRESSED)
         return LAW_LOOKS_COMPRESSED;
     if (law == AMPLITUDE_LOG && slope > PROPORTIONAL)

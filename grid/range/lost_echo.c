@@ -45,7 +45,6 @@ static void show(struct lost_echo *l, const struct echoes *e, uint32_t beam, con
 {
     struct lost_echo_part *part = part_of(l, e, beam);
     struct lost_echo_row *row = row_of(l, e, beam);
-
     if (part->shown == 0 || !standing_at(&part->pose, &e->pose)) {
         part->shown = 0;
         part->since_ns = e->t_ns;
@@ -64,7 +63,6 @@ static bool misses(struct lost_echo *l, const struct echoes *e, uint32_t i)
     const struct beam_echoes *beam = &e->beam[i];
     const struct lost_echo_part *part = part_of(l, e, i);
     const struct lost_echo_row *row = row_of(l, e, i);
-
     return part->shown >= SHOWN && row->t_ns >= part->since_ns && beam->n == 0 && beam->state == BEAM_SILENT &&
            row->range_m > beam->heard_from_m && row->range_m < beam->heard_to_m &&
            standing_at(&part->pose, &e->pose);
@@ -73,7 +71,6 @@ static bool misses(struct lost_echo *l, const struct echoes *e, uint32_t i)
 static bool take_echoes(struct lost_echo *l, const struct echoes *e)
 {
     bool any = false;
-
     for (uint32_t i = 0; i < e->n_beams; i++) {
         const struct echo *echo = firm_echo(&e->beam[i]);
         if (!echo)
@@ -114,7 +111,6 @@ static void take_silence(struct lost_echo *l, struct echoes *e)
 bool lost_echo_run(struct lost_echo *l, struct echoes *e)
 {
     const bool came_back = came_back_run(&l->came_back, e);
-
     if (take_echoes(l, e))
         hear(l, e);
     else

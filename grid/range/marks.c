@@ -38,7 +38,6 @@ static uint8_t due_of(const struct marks *m, const struct echoes *e, const struc
 {
     float near_m[ECHOES_PER_BEAM];
     const uint8_t n = near_edges(b, near_m);
-
     return comb_due(&m->comb, near_m, n, same_within(e->range_max_m));
 }
 
@@ -55,7 +54,6 @@ static struct marks_look look_of(const struct marks *m, const struct echoes *e, 
         .n = b->n,
         .due = due_of(m, e, b),
     };
-
     for (int i = 0; i < 3; i++)
         look.position_m[i] = (float)(e->pose.position_m[i] - m->origin_m[i]);
     for (int i = 0; i < 4; i++)
@@ -69,7 +67,6 @@ static struct marks_look look_of(const struct marks *m, const struct echoes *e, 
 static bool still_holds(const struct marks_look *old, const struct marks_look *now, float width_rad)
 {
     float moved = 0.0f, cosine = 0.0f;
-
     if (old->t_ns == 0 || old->t_ns >= now->t_ns || old->placed != now->placed || old->turned != now->turned ||
         now->t_ns - old->t_ns > (now->placed ? FRESH_NS : UNPLACED_NS))
         return false;
@@ -91,7 +88,6 @@ static bool is_beside(const struct marks_look *old, float az_rad, float el_rad, 
 static uint8_t shown_by(const struct marks_look *look, float range_m)
 {
     uint8_t shown = 0;
-
     for (int i = 0; i < look->n; i++)
         shown |= (uint8_t)((fabsf(look->range_m[i] - range_m) <= same_within(range_m)) << i);
     return shown;
@@ -170,7 +166,6 @@ static uint8_t mark_beam(const struct marks *m, struct beam_echoes *b, const str
 {
     const float opposite = b->n > 1 ? opposite_m(m, now, width_rad) : 0.0f;
     uint8_t unshown = 0;
-
     for (int i = 0; i < b->n; i++) {
         struct echo *echo = &b->echo[i];
         const float twice_m = 2.0f * b->echo[0].range_m;
@@ -190,7 +185,6 @@ void marks_run(struct marks *m, struct echoes *e)
     const float width_rad = fmaxf(e->az_aperture_rad, LEAST_WIDTH_RAD);
     float near_m[ECHOES_PER_BEAM];
     uint8_t n = 0, unshown = 0;
-
     if (!m->placed)
         memcpy(m->origin_m, e->pose.position_m, sizeof m->origin_m);
     m->placed = true;

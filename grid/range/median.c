@@ -36,7 +36,6 @@ static void lay_row(const struct median_row *row, uint32_t n, uint8_t *to)
     const uint32_t before = first < 0 ? (uint32_t)(-first < length ? -first : length) : 0;
     const int64_t rest = (int64_t)n - (first > 0 ? first : 0);
     const uint32_t inside = rest <= 0 ? 0 : (uint32_t)(rest < length - before ? rest : length - before);
-
     memset(to, row->bin[0], before);
     if (inside)
         memcpy(to + before, row->bin + clamp(first, n), inside);
@@ -57,7 +56,6 @@ static void lay_pattern(unsigned k, unsigned nth, unsigned zeros, uint32_t lengt
 static void lay_rows(unsigned k, const struct median_row *row, uint32_t n, uint8_t *const to[])
 {
     unsigned there = 0, missing = 0;
-
     for (unsigned r = 0; r < k; r++)
         there += row[r].bin != NULL;
     const unsigned zeros = (k * k - 1) / 2 - (k * there - 1) / 2;
@@ -152,7 +150,6 @@ static void sort_columns_5(uint8_t *restrict a, uint8_t *restrict b, uint8_t *re
 static inline void part_ends(uint8_t *v, unsigned from, unsigned n)
 {
     const unsigned last = from + n - 1;
-
     order(v, from, last);
     if (n > 2) {
         order(v, from, from + 1);
@@ -223,7 +220,6 @@ void median_filter(unsigned k, const struct median_row *row, uint32_t n, void *w
 {
     const uint32_t length = padded(n);
     uint8_t *r[MEDIAN_MAX_SIZE], last[BLOCK];
-
     for (unsigned i = 0; i < MEDIAN_MAX_SIZE; i++)
         r[i] = (uint8_t *)work + (size_t)i * length;
     lay_rows(k, row, n, r);

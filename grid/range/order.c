@@ -33,7 +33,6 @@ void order_ranges(const struct ping *ping, struct order *out)
 {
     const uint16_t n = ping->n_beams < PING_MAX_BEAMS ? ping->n_beams : PING_MAX_BEAMS;
     struct order_entry *entry = out->entry;
-
     out->n = n;
     for (uint16_t i = 0; i < n; i++)
         entry[i] = (struct order_entry){&ping->beam[i], geo_wrap_pi((double)ping->beam[i].az_rad)};
@@ -55,7 +54,6 @@ void order_ranges(const struct ping *ping, struct order *out)
 uint16_t order_of_beam(const struct order *order, uint16_t first)
 {
     uint16_t n = 1;
-
     while (first + n < order->n && same_direction(&order->entry[first], &order->entry[first + n]))
         n++;
     return n;

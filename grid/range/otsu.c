@@ -55,7 +55,6 @@ static void add_part(struct exact *j, const struct values *v, int a, int b)
 {
     const uint64_t s = v->sum[b] - v->sum[a], w = v->pixels[b] - v->pixels[a];
     struct u128 rest;
-
     j->whole = u128_sum(j->whole, u128_divide(u128_product(s, s), (struct u128){0, w}, &rest));
     j->num = u128_sum(u128_times(j->num, w), u128_times(j->den, rest.lo));
     j->den = u128_times(j->den, w);
@@ -93,7 +92,6 @@ static struct exact exact_of(const struct values *v, int i, int k)
 {
     struct exact j = {.den = {0, 1}};
     struct u128 rest;
-
     add_part(&j, v, 0, i);
     if (i < k)
         add_part(&j, v, i, k);
@@ -117,7 +115,6 @@ bool otsu_two(const uint64_t count[256], uint8_t *t)
     struct values v;
     double best = -1.0, j[256];
     int found = 0;
-
     values_of(count, &v);
     if (v.n < 2)
         return false;
@@ -169,7 +166,6 @@ bool otsu_three(const uint64_t count[256], uint8_t t[2])
     struct values v;
     double best = -1.0, j[256];
     int begin = 0, end = 0;
-
     values_of(count, &v);
     if (v.n < 3)
         return false;

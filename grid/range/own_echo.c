@@ -22,7 +22,6 @@ void own_echo_init(struct own_echo *own)
 uint32_t own_echo_known(const struct own_echo *own)
 {
     uint32_t n = 0;
-
     for (uint32_t i = 0; i < OWN_ECHO_ROWS; i++)
         n += own->row[i].proofs == OWN_ECHO_PROOFS;
     return n;
@@ -36,7 +35,6 @@ static uint32_t row_of(double az_rad)
 static uint32_t world_row(const struct own_echo_look *look)
 {
     double az_rad, el_rad;
-
     geo_angles(look->axis, &az_rad, &el_rad);
     return row_of(az_rad);
 }
@@ -52,7 +50,6 @@ static struct own_echo_look look_of(const struct echoes *e, const struct beam_ec
                                  .heard_from_m = b->heard_from_m,
                                  .heard_to_m = b->heard_to_m,
                                  .n = b->n};
-
     geo_direction((double)b->az_rad, (double)b->el_rad, look.axis);
     quat_rotate(mount->attitude, look.axis, look.axis);
     quat_rotate(e->pose.attitude, look.axis, look.axis);
@@ -91,7 +88,6 @@ static bool is_other(const struct own_echo_look *old, const struct question *q)
 {
     const struct own_echo_look *now = q->now;
     double off_m[3];
-
     if (old->t_ns == 0 || old->t_ns >= now->t_ns || now->t_ns - old->t_ns > FRESH_NS ||
         apart_rad(old, now) <= 2.0 * q->width_rad || old->uncertain_rad + now->uncertain_rad > q->width_rad / 2.0)
         return false;
@@ -118,7 +114,6 @@ static bool is_sure(const struct own_echo_look *old, const struct question *q)
 static enum word says(const struct own_echo_look *old, const struct question *q)
 {
     double to[3], along_m = 0.0;
-
     for (int i = 0; i < 3; i++) {
         to[i] = q->now->place_m[i] + q->range_m * q->now->axis[i] - old->place_m[i];
         along_m += to[i] * old->axis[i];
@@ -143,7 +138,6 @@ static enum word others_say(const struct own_echo *own, const struct question *q
     const uint32_t reach = (uint32_t)fmin(ceil(reach_rad * OWN_ECHO_ROWS / GEO_TURN), OWN_ECHO_ROWS / 2.0 - 1);
     const uint32_t begin = world_row(q->now) + OWN_ECHO_ROWS - reach;
     enum word all = SAYS_NOTHING;
-
     for (uint32_t i = 0; i <= 2 * reach; i++) {
         const struct own_echo_look *old = &own->look[(begin + i) % OWN_ECHO_ROWS];
         const enum word one = is_other(old, q) ? says(old, q) : SAYS_NOTHING;
@@ -191,7 +185,6 @@ static struct echo *find_echo(const struct own_echo_row *row, struct beam_echoes
 static bool misses(const struct own_echo_row *row, const struct beam_echoes *b, float play_m)
 {
     bool missed = row->range_m > b->heard_from_m && row->range_m < b->heard_to_m;
-
     for (int i = 0; i < b->n; i++)
         missed |= is_at(row, &b->echo[i], play_m);
     return missed;
@@ -224,7 +217,6 @@ static void mark_beam(struct own_echo *own, struct beam_echoes *b, const struct 
 {
     struct own_echo_row *row = &own->row[row_of((double)b->az_rad)];
     const float play_m = PLAY_M + own->bin_m;
-
     if (row->proofs && row->el_rad != b->el_rad)
         return;
     struct echo *echo = row->proofs ? find_echo(row, b, play_m) : begin_row(row, b);
@@ -273,7 +265,6 @@ static bool shows_own(const struct beam_echoes *b)
 void own_echo_run(struct own_echo *own, struct echoes *e, const struct mount *mount)
 {
     const double width_rad = (double)fmaxf(e->az_aperture_rad, LEAST_WIDTH_RAD);
-
     begin_ping(own, e);
     if (!(e->pose.has & POSE_ATTITUDE) || !(e->pose.has & (POSE_POSITION | POSE_VELOCITY)) ||
         e->pose.heading_adrift)

@@ -29,14 +29,12 @@ static uint32_t way(const struct polar *p, const struct ping *ping)
 {
     const uint32_t units = ping->head_units % p->turn;
     const uint32_t there = units >= p->units ? units - p->units : p->units - units;
-
     return there <= p->turn - there ? there : p->turn - there;
 }
 
 static struct verdict judge(const struct polar *p, const struct ping *ping)
 {
     struct verdict v = {.step = p->step};
-
     if (p->turn != turn_of(ping) || p->n_bins != ping->n_bins || p->r0_m != ping->r0_m || p->dr_m != ping->dr_m ||
         (ping->t_ns > p->t_ns && ping->t_ns - p->t_ns > POLAR_MAX_AGE_NS))
         return (struct verdict){.anew = true, .dropped = p->n_bins > 0};
@@ -74,7 +72,6 @@ static void begin_ping(struct polar *p, const struct ping *ping, const struct ve
 uint32_t polar_place(struct polar *p, const struct ping *ping)
 {
     const struct verdict v = judge(p, ping);
-
     if (v.anew)
         begin_ping(p, ping, &v);
     p->odd_step = v.odd_step;
@@ -89,7 +86,6 @@ uint32_t polar_place(struct polar *p, const struct ping *ping)
 const struct polar_row *polar_neighbour(const struct polar *p, uint32_t row, int offset)
 {
     const uint32_t by = (uint32_t)(offset < 0 ? -offset : offset);
-
     if (p->rows <= 2 * by)
         return NULL;
     const struct polar_row *r = &p->row[(offset < 0 ? row + p->rows - by : row + by) % p->rows];

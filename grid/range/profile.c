@@ -19,7 +19,6 @@ bool profile_axis_of(struct profile_axis *axis, const struct ping *ping, double 
 {
     const double dr = (double)ping->dr_m, pulse = (double)ping->pulse_m, r0 = (double)ping->r0_m;
     const double deaf_m = (double)ping->deaf_m;
-
     if (ping->n_bins == 0 || ping->n_bins > max_bins || !(dr >= 1e-6 && dr <= 100.0) ||
         !(pulse >= 0.0 && pulse <= 1e3) || !(deaf_m >= 0.0 && deaf_m <= 1e3) || !(r0 >= 0.0 && r0 <= 1e5))
         return false;
@@ -45,7 +44,6 @@ INLINE uint64_t subtract_block(const uint64_t *restrict hi, const uint64_t *rest
                                uint64_t *restrict cell)
 {
     uint64_t bits = 0;
-
 #pragma GCC unroll 8
     for (int j = 0; j < BLOCK; j++) {
         cell[j] = (hi[j] - lo[j]) >> shift;
@@ -61,7 +59,6 @@ INLINE uint64_t subtract_block(const uint64_t *restrict hi, const uint64_t *rest
 INLINE void fill_cells_body(const uint64_t *sum, const struct profile *p)
 {
     const uint32_t n = p->axis->n, half = p->axis->half;
-
     for (uint32_t i = 0; i < n; i += BLOCK) {
         uint64_t *bits = &p->bits[i / BLOCK];
         if (i >= half && i + BLOCK + half <= n) {
@@ -83,7 +80,6 @@ void profile_sum(struct profile *p, const struct amplitude *law, const void *cou
     const struct profile_axis *a = p->axis;
     const uint64_t bins = 2 * (uint64_t)a->half + 1;
     unsigned shift = 0;
-
     amplitude_sums(law, counts, a->n, work);
     while (work[a->n] >> shift > CFAR_MAX_SUM / bins)
         shift++;
@@ -98,7 +94,6 @@ uint32_t profile_next_saturated(const struct profile *p, uint32_t from)
 {
     const uint32_t n = p->axis->n;
     uint32_t i = from;
-
     if (p->amplitude->sample_bytes == 1 && from < n) {
         const uint8_t *counts = p->samples, *at = memchr(counts + from, 0xff, n - from);
         return at ? (uint32_t)(at - counts) : n;
@@ -111,7 +106,6 @@ uint32_t profile_next_saturated(const struct profile *p, uint32_t from)
 uint32_t profile_next_above(const struct profile *p, uint32_t from, uint32_t end, uint64_t power)
 {
     uint32_t i = from;
-
     if (i < end && p->cell[i] > power)
         return i;
     while (i < end) {

@@ -102,7 +102,6 @@ static inline uint64_t profile_below(const struct profile *p, double power)
 {
     const double cells = power / (double)(UINT64_C(1) << p->shift);
     const uint64_t whole = cells < 0x1p62 ? (uint64_t)cells : UINT64_C(1) << 62;
-
     return (double)whole < cells ? whole : whole - 1;
 }
 

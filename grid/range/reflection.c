@@ -18,7 +18,6 @@
 static bool saturated_by_echo(const struct profile *p, const struct detection *d, uint32_t i)
 {
     const uint32_t half = p->axis->half, n = p->axis->n;
-
     if (!profile_saturated(p, i))
         return false;
     if (!d->baseline || d->baseline->level[i] < d->loud)
@@ -34,7 +33,6 @@ static bool saturated_by_echo(const struct profile *p, const struct detection *d
 void detection_add_saturated(const struct profile *p, struct detection *d)
 {
     const uint32_t n = p->axis->n;
-
     for (uint32_t i = profile_next_saturated(p, p->first); i < n; i = profile_next_saturated(p, i + 1))
         d->mask[i] |= !profile_blind(p, i) && saturated_by_echo(p, d, i);
 }
@@ -43,7 +41,6 @@ void detection_add_saturated(const struct profile *p, struct detection *d)
 static double over_baseline(const struct profile *p, const struct detection *d, uint32_t i)
 {
     const double unit = (double)(UINT64_C(1) << p->shift);
-
     if (!d->baseline || d->raised || (double)p->cell[i] * unit < d->loud)
         return 0.0;
     return (double)p->cell[i] / baseline_usual(d->baseline, p, i);
@@ -55,7 +52,6 @@ static bool mostly_raised(const struct profile *p, const struct detection *d, ui
 {
     const uint32_t step = 2 * p->axis->half + 1;
     uint32_t cells = 0, raised = 0;
-
     for (uint32_t i = begin; i < end; i += step, cells++)
         raised += (double)p->cell[i] >= ratio * baseline_usual(d->baseline, p, i);
     return 2 * raised > cells;
@@ -71,7 +67,6 @@ static bool is_raised(const struct profile *p, const struct detection *d, uint32
 {
     const uint32_t n = p->axis->n;
     uint32_t i = loud;
-
     while (i < n && over_baseline(p, d, i) < ratio)
         i = profile_next_above(p, i + 1, n, quiet);
     return i < n && (mostly_raised(p, d, p->first, n, ratio) || (mostly_raised(p, d, p->first, i, OVER_BASELINE) &&
@@ -83,7 +78,6 @@ static void drop_usual(const struct profile *p, struct detection *d)
 {
     const double unit = (double)(UINT64_C(1) << p->shift);
     const uint32_t n = p->axis->n;
-
     for (uint32_t i = p->first; i < n; i++) {
         const uint8_t *at = memchr(d->mask + i, 1, n - i);
         if (!at)
@@ -99,7 +93,6 @@ void detection_add_loud(const struct profile *p, struct detection *d, double rat
 {
     const uint64_t quiet = profile_below(p, d->loud);
     const uint32_t n = p->axis->n;
-
     if (!d->baseline)
         return;
     const uint32_t loud = profile_next_above(p, p->first, n, quiet);
@@ -130,7 +123,6 @@ static uint32_t lead_end(const struct profile *p, const struct detection *d)
     const uint32_t complete = p->first + d->cfar.guard + d->cfar.n_side;
     const uint32_t end = complete < p->axis->n ? complete : p->axis->n;
     const uint8_t *masked = p->blind ? memchr(p->blind + p->first, 1, end - p->first) : NULL;
-
     return masked ? (uint32_t)(masked - p->blind) : end;
 }
 
@@ -143,7 +135,6 @@ static inline double lead_level(const struct profile *p, const struct detection 
 {
     const double whole = cells / p->axis->resolution_bins;
     const uint32_t independent = whole < d->factors ? (uint32_t)whole : d->factors;
-
     if (independent == 0)
         return INFINITY;
     const double raised = (double)d->one_q16[independent - 1] / (double)d->cfar.alpha_one_q16;
@@ -157,7 +148,6 @@ uint32_t detection_add_edges(const struct profile *p, struct detection *d, doubl
     const double alpha = (double)d->cfar.alpha_one_q16 / 65536.0;
     uint32_t doubtful = p->axis->n;
     uint64_t sum = 0;
-
     for (uint32_t i = begin; i < end; sum += p->cell[i++ - lead_gap(p)]) {
         const double over = (double)p->cell[i] / lead_level(p, d, i - begin, sum);
         d->mask[i] |= over > alpha && i - begin >= LEAD_LEAST * p->axis->resolution_bins;
@@ -172,7 +162,6 @@ static uint32_t group_end(const struct profile *p, const struct detection *d, ui
 {
     const struct profile_axis *a = p->axis;
     uint32_t last = begin;
-
     for (uint32_t i = begin + 1; i < a->n && i - last <= a->guard + 1; i++)
         if (d->mask[i])
             last = i;
@@ -183,7 +172,6 @@ static uint32_t group_end(const struct profile *p, const struct detection *d, ui
 static double peak_position(const uint64_t *cell, uint32_t n, uint32_t peak)
 {
     uint32_t last = peak;
-
     while (last + 1 < n && cell[last + 1] == cell[peak])
         last++;
     if (last > peak || peak == 0 || last + 1 == n)
@@ -197,7 +185,6 @@ static double peak_position(const uint64_t *cell, uint32_t n, uint32_t peak)
 static double half_power_width(const uint64_t *cell, uint32_t n, uint32_t peak)
 {
     uint32_t begin = peak, end = peak + 1;
-
     while (begin > 0 && cell[begin - 1] >= cell[peak] / 2)
         begin--;
     while (end < n && cell[end] >= cell[peak] / 2)
@@ -230,7 +217,6 @@ static void measure_lead(const struct profile *p, const struct detection *d, str
     const uint32_t begin = p->first + lead_gap(p), end = lead_end(p, d);
     const double alpha = (double)d->cfar.alpha_one_q16 / 65536.0;
     uint64_t sum = 0;
-
     for (uint32_t i = begin; i < end && i <= r->last; sum += p->cell[i++ - lead_gap(p)]) {
         if (i < r->begin || i - begin < LEAD_LEAST * p->axis->resolution_bins)
             continue;
@@ -246,7 +232,6 @@ static void measure_reflection(const struct profile *p, const struct detection *
 {
     const struct profile_axis *a = p->axis;
     uint32_t peak = r->begin;
-
     *r = (struct reflection){.begin = r->begin, .last = r->last, .strength = 1.0, .threshold = INFINITY};
     r->lowest_only = p->clean != NULL;
     for (uint32_t i = r->begin; i <= r->last; i++) {
@@ -283,7 +268,6 @@ static void measure_reflection(const struct profile *p, const struct detection *
 bool reflection_next(const struct profile *p, const struct detection *d, uint32_t from, struct reflection *out)
 {
     const uint8_t *at = from < p->axis->n ? memchr(d->mask + from, 1, p->axis->n - from) : NULL;
-
     if (!at)
         return false;
     const uint32_t begin = (uint32_t)(at - d->mask);

@@ -16,7 +16,6 @@ static uint32_t level_settles(const struct profile *p, uint32_t from, uint32_t l
     const uint64_t *cell = p->cell;
     const uint32_t n = p->axis->n;
     uint64_t here = 0, next = 0;
-
     if (n < 2 * length || from > n - 2 * length)
         return from;
     for (uint32_t k = 0; k < length; k++) {
@@ -53,7 +52,6 @@ static uint32_t past_limit(const struct profile *p, uint32_t from)
 {
     const uint32_t n = p->axis->n;
     uint32_t at = from;
-
     while (at + 1 < n && p->cell[at] > p->floor_power && p->cell[at + 1] == p->cell[at])
         at++;
     if (at == from || profile_next_above(p, at + 1, n, p->cell[at]) < n)
@@ -65,7 +63,6 @@ uint32_t ring_down_found(const struct profile *p)
 {
     const uint32_t n = p->axis->n, length = p->axis->guard > SETTLE_BINS ? p->axis->guard : SETTLE_BINS;
     uint32_t at = 0;
-
     for (uint32_t i = 1; i < n && i < 3 * length; i++)
         if (p->cell[i] > p->cell[at])
             at = i;
@@ -75,6 +72,5 @@ uint32_t ring_down_found(const struct profile *p)
 uint32_t ring_down_at(const struct profile *p, double end_m)
 {
     const double bins = ceil(fmax(end_m - p->axis->r0, 0.0) / p->axis->dr - 1e-6);
-
     return past_saturation(p, (uint32_t)fmin(bins, PING_MAX_BINS)) + p->axis->half;
 }

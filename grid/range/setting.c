@@ -36,7 +36,6 @@ static bool same_axis(const struct profile_axis *a, const struct profile_axis *b
 static struct setting *find(struct settings *s, const struct profile_axis *axis, uint8_t gain)
 {
     struct setting *oldest = s->setting;
-
     for (struct setting *t = s->setting; t < s->setting + SETTINGS; t++) {
         if (t->used && t->gain == gain && same_axis(&t->axis, axis))
             return t;
@@ -57,7 +56,6 @@ static struct setting *find(struct settings *s, const struct profile_axis *axis,
 struct setting *settings_for(struct settings *s, const struct profile_axis *axis, uint8_t gain)
 {
     struct setting *t = find(s, axis, gain);
-
     t->used = ++s->pings;
     return t;
 }

@@ -9,7 +9,6 @@
 static double way_between(const struct pose *then, const struct pose *now)
 {
     double way_m = fmax(now->drift_m[0] - then->drift_m[0], now->drift_m[1] - then->drift_m[1]);
-
     for (int k = 0; k < 3; k++)
         way_m += fabs(now->position_m[k] - then->position_m[k]);
     return way_m;
@@ -18,7 +17,6 @@ static double way_between(const struct pose *then, const struct pose *now)
 static double turn_between(const struct pose *then, const struct pose *now)
 {
     double cosine = 0.0;
-
     for (int k = 0; k < 4; k++)
         cosine += then->attitude[k] * now->attitude[k];
     return 2 * acos(fmin(fabs(cosine), 1));

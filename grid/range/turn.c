@@ -45,7 +45,6 @@ static void count_row(struct turn *t, uint32_t row, int by)
     const uint8_t *bin = t->bin + (size_t)row * t->bins;
     const uint32_t tile_y = (uint32_t)(((uint64_t)(row + 1) * t->tiles_y - 1) / t->rows);
     uint32_t i = 0;
-
     for (uint32_t x = 0; x < t->tiles_x; x++) {
         const uint32_t begin = i, end = (uint32_t)((uint64_t)(x + 1) * t->bins / t->tiles_x);
         const uint32_t tile = tile_y * t->tiles_x + x;
@@ -66,7 +65,6 @@ void turn_put(struct turn *t, uint32_t row, const uint8_t *bin)
 {
     const uint32_t memory = memory_of_puts(t->rows);
     uint32_t *slot = &t->row_of[t->puts % memory]; /* of the put a turn and a half ago */
-
     if (t->puts >= memory && t->put_of[*slot] == t->puts - memory + 1)
         take_out(t, *slot);
     if (t->put_of[row])
@@ -80,7 +78,6 @@ void turn_put(struct turn *t, uint32_t row, const uint8_t *bin)
 const uint32_t *turn_histogram(const struct turn *t, uint32_t tile_y, uint32_t tile_x, uint64_t *pixels)
 {
     const uint32_t tile = tile_y * t->tiles_x + tile_x;
-
     *pixels = t->pixels[tile];
     return t->count + (size_t)tile * 256;
 }

@@ -4,7 +4,6 @@
 static unsigned bits(struct u128 a)
 {
     unsigned n = a.hi ? 64 : 0;
-
     for (uint64_t left = a.hi ? a.hi : a.lo; left; left >>= 1)
         n++;
     return n;
@@ -24,7 +23,6 @@ static struct u128 half(struct u128 a)
 struct u128 u128_divide(struct u128 a, struct u128 b, struct u128 *rest)
 {
     struct u128 quotient = {0, 0};
-
     if (a.hi == 0 && b.hi == 0) {
         *rest = (struct u128){0, a.lo % b.lo};
         return (struct u128){0, a.lo / b.lo};

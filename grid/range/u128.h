@@ -19,7 +19,6 @@ static inline struct u128 u128_product(uint64_t a, uint64_t b)
     const uint64_t a_lo = (uint32_t)a, a_hi = a >> 32, b_lo = (uint32_t)b, b_hi = b >> 32;
     const uint64_t low = a_lo * b_lo, one = a_hi * b_lo, two = a_lo * b_hi;
     const uint64_t middle = (low >> 32) + (uint32_t)one + (uint32_t)two;
-
     return (struct u128){a_hi * b_hi + (one >> 32) + (two >> 32) + (middle >> 32), middle << 32 | (uint32_t)low};
 }
 
@@ -33,7 +32,6 @@ static inline bool u128_less(struct u128 a, struct u128 b)
 static inline struct u128 u128_sum(struct u128 a, struct u128 b)
 {
     const uint64_t lo = a.lo + b.lo;
-
     return (struct u128){a.hi + b.hi + (lo < a.lo), lo};
 }
 
@@ -47,7 +45,6 @@ static inline struct u128 u128_difference(struct u128 a, struct u128 b)
 static inline struct u128 u128_times(struct u128 a, uint64_t b)
 {
     const struct u128 low = u128_product(a.lo, b);
-
     return (struct u128){low.hi + a.hi * b, low.lo};
 }
 

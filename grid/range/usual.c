@@ -14,7 +14,6 @@ void usual_init(struct usual *u, uint32_t pings, uint32_t eighths)
 static uint32_t place_of(const struct usual *u, uint64_t value)
 {
     uint32_t at = 0;
-
     while (at < u->n && u->sorted[at] < value)
         at++;
     return at;

@@ -160,7 +160,6 @@ static bool add_upright_ends(struct bounds *s, const struct cast_beam *b, double
 static void add_flat_ends(struct bounds *s, const struct cast_beam *b, double lean, double shift, double slop)
 {
     const struct cast_opening *o = b->opening;
-
     if (add_upright_ends(s, b, lean, slop))
         return;
     for (int side = -1; side <= 1; side += 2) {
@@ -202,7 +201,6 @@ static void add_wedge_ends(struct bounds *s, const struct cast_beam *b)
     double wider = least_x < INFINITY ? o->sin_el * b->tolerance / o->cos_az : 0;
     double slop = o->sin_el * least_x * b->far / 2 + wider;
     double f = b->axis[2][2], bow = f * f - o->sin_el * o->sin_el;
-
     if (b->tolerance == 0 && bow > LEAST_WEDGE_BOW) {
         add_bow(s, b, bow);
     } else if (slop > 0.01 && bow > LEAST_WEDGE_BOW && o->cos_el > 0) {
@@ -224,7 +222,6 @@ static void add_cone(struct bounds *s, const struct cast_beam *b)
     const struct cast_opening *o = b->opening;
     double f = b->axis[0][2], bow = f * f - o->cos_az * o->cos_az, n[3];
     const struct cone cone = {b->axis[0], o->sin_az * b->tolerance, b->tolerance, o->cos_az};
-
     if (fabs(bow) < LEAST_BOW || o->cos_az <= 0) {
         s->walk = true;
         return;
@@ -281,7 +278,6 @@ static void set_plan(struct bounds *s, const struct cast_beam *b)
     const struct cast_opening *o = b->opening;
     bool cone = o->shape == CAST_CONE;
     double cos_el = cone ? o->cos_az : o->cos_el, sin_el = cone ? o->sin_az : o->sin_el, most = b->far + 1e-3;
-
     if (s->walk || o->cos_az < STEEPEST || cos_el < STEEPEST) {
         for (int a = 0; a < 3; a++) {
             s->low[a] = -most;
@@ -315,7 +311,6 @@ void bounds_of(struct bounds *s, const struct cast_beam *b, const int32_t apex[3
 {
     const struct cast_opening *o = b->opening;
     double reach = b->far + 2;
-
     s->n_lo = s->n_hi = s->n_lo_root = s->n_hi_root = s->n_lines = 0;
     s->inner = fabs(b->axis[0][0]) > fabs(b->axis[0][1]) ? 0 : 1;
     s->outer = 1 - s->inner;
@@ -434,7 +429,6 @@ void bounds_block(const struct bounds *s, const int32_t *inner, const int32_t *o
     float u[BOUNDS_BLOCK], v[BOUNDS_BLOCK], t0 = s->offset[2];
     float first = (float)-s->apex[2], last = (float)(s->last - s->apex[2]);
     struct ends e;
-
     place(s, inner, outer, u, v);
     bound_by_sphere(s, u, v, &e);
     bound_by_bow(&s->bow, u, v, &e);

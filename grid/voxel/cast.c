@@ -37,7 +37,6 @@ bool cast_opening_init(struct cast_opening *o, enum cast_shape shape, double hal
     double el_rad = shape == CAST_CONE ? 1 : half_el_rad;
     bool open_ended = shape != CAST_PYRAMID;
     double most_az = open_ended ? GEO_PI : RIGHT_ANGLE;
-
     if (!(half_az_rad > 0 && (open_ended ? half_az_rad <= most_az : half_az_rad < most_az)) ||
         !(el_rad > 0 && (open_ended ? el_rad <= RIGHT_ANGLE : el_rad < RIGHT_ANGLE)))
         return fault_set(fault,
@@ -112,7 +111,6 @@ static inline struct margin margin_at(const struct cast_beam *b, int64_t i, int6
     const struct cast_opening *o = b->opening;
     const double *offset = b->apex.offset;
     double p[3] = {(double)i + 0.5 - offset[0], (double)j + 0.5 - offset[1], (double)k + 0.5 - offset[2]}, q[3];
-
     for (int a = 0; a < 3; a++)
         q[a] = b->axis[a][0] * p[0] + b->axis[a][1] * p[1] + b->axis[a][2] * p[2];
     double x = q[0], y = fabs(q[1]), z = fabs(q[2]);
@@ -248,7 +246,6 @@ static void settle_beyond_near(struct run *r, struct column c)
     double x = c.i - r->bounds.apex[0] + 0.5 - offset[0], y = c.j - r->bounds.apex[1] + 0.5 - offset[1];
     double middle = r->bounds.apex[2] + offset[2] - 0.5;
     double d = r->beam->near * r->beam->near - x * x - y * y;
-
     if (d < -doubt || r->bounds.walk) {
         settle_column(r, c);
         return;
@@ -274,7 +271,6 @@ static void settle_block(struct run *r, int first, int n, int32_t *k, int32_t *c
     const int32_t *i = r->bounds.inner == 0 ? inner : outer, *j = r->bounds.inner == 0 ? outer : inner;
     bool plain = r->beam->near == 0 && !r->bounds.walk;
     struct bounds_block b;
-
     bounds_block(&r->bounds, inner, outer, &b);
     for (int l = 0; l < n; l++) {
         bool sure = plain && b.lo_out[l] == b.lo_in[l] && b.hi_in[l] == b.hi_out[l];
@@ -320,7 +316,6 @@ static void settle_columns(struct run *r)
 {
     int32_t *inner = r->columns.inner, *outer = r->columns.outer, k[ROOM], cells[ROOM], doubt[ROOM];
     int n = r->columns.n;
-
     for (int l = 0; l < BOUNDS_BLOCK; l++) {
         inner[n + l] = inner[n - 1];
         outer[n + l] = outer[n - 1];
@@ -345,7 +340,6 @@ static void settle_columns(struct run *r)
 static inline void add_row(struct run *r, int32_t row, int32_t first, int32_t last)
 {
     struct columns *c = &r->columns;
-
     for (; first <= last; first += BOUNDS_BLOCK) {
         int n = c->n;
         for (int l = 0; l < BOUNDS_BLOCK; l++)
@@ -443,7 +437,6 @@ static void run_rows(struct run *r)
     int32_t row = (int32_t)(greater(s->low[s->outer] + v0, 0));
     int32_t last = (int32_t)(greater(lesser(s->high[s->outer] + v0, r->last[s->outer]), -1) + 1) - 1;
     struct edges edges;
-
     set_edges(&edges, s, u0, v0, r->last[s->inner]);
     for (; row <= last; row += ROWS) {
         struct rows rows;
@@ -470,7 +463,6 @@ bool cast_run(const struct cast_beam *b, const struct lattice_box *box, cast_tak
     struct run r;
     int32_t cell[3];
     bool within = true;
-
     for (int a = 0; a < 3; a++) {
         int64_t apex = b->apex.cell[a] - box->first[a], reach = (int64_t)b->far + 2;
         if (apex < -reach || apex > box->size[a] + reach)

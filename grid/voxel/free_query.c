@@ -61,7 +61,6 @@ bool free_query_begin_box(struct free_query *q, double voxel_m, const double low
 {
     struct lattice_place low, high;
     double voxels = 1;
-
     *q = (struct free_query){.voxel_m = voxel_m};
     if (!lattice_place(low_m, voxel_m, &low) || !lattice_place(high_m, voxel_m, &high))
         return false;
@@ -189,7 +188,6 @@ static void visit_cell(struct free_query *q, struct reader *r, const struct leg 
 {
     double nearest, distance = middle_distance(l, c, &nearest), touching = nearest;
     int64_t cell[3];
-
     if (distance > l->radius + HALF_DIAGONAL || (distance > l->radius && !touches(l, c, &touching)))
         return;
     for (int x = 0; x < 3; x++)
@@ -247,7 +245,6 @@ static bool step_row(struct free_query *q, struct reader *r, const struct leg *l
 static bool step_leg(struct free_query *q, struct reader *r, const struct leg *l)
 {
     double reach = l->radius + 1e-6, first[2], last[2], c[3];
-
     cells_near(l, 0, 0, 1, &first[0], &last[0]);
     for (c[0] = fmax(first[0], q->at[0]); c[0] <= last[0]; c[0]++, q->at[1] = -INFINITY) {
         double from = 0, to = 1;
@@ -269,7 +266,6 @@ static bool leg_of(struct leg *l, const double a_m[3], const double b_m[3], doub
 {
     struct lattice_place a, b;
     double sum = 0;
-
     if (!lattice_place(a_m, voxel_m, &a) || !lattice_place(b_m, voxel_m, &b))
         return false;
     l->radius = radius_m / voxel_m;
@@ -305,7 +301,6 @@ bool free_query_begin_corridor(struct free_query *q, double voxel_m, const doubl
 {
     struct leg leg;
     double voxels = 0;
-
     *q = (struct free_query){.voxel_m = voxel_m, .way_m = way_m, .n = n, .radius_m = radius_m};
     if (n == 0 || !(radius_m >= 0 && radius_m <= FARTHEST * voxel_m))
         return false;

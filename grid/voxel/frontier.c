@@ -104,7 +104,6 @@ const struct frontier_block *frontier_block(struct frontier *f, const struct blo
     struct frontier_block *b = (struct frontier_block *)block_find(f->block, sizeof *b, f->n, key);
     uint64_t now = voxmap_changed(f->mask->map);
     struct surroundings s;
-
     if (b->head.checked == now)
         return b;
     if (is_stale(f, b, key)) {
@@ -140,7 +139,6 @@ void frontier_points(struct frontier *f, const struct block_key *key, frontier_t
     const double voxel_m = f->mask->map->set.voxel_m;
     struct surroundings s;
     bool gathered = false;
-
     for (int column = 0; column < BLOCK_COLUMNS; column++) {
         for (uint64_t left = b->surface[column]; left; left &= left - 1) {
             int i = column / BLOCK_SIDE, j = column % BLOCK_SIDE, k = __builtin_ctzll(left);

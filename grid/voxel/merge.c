@@ -16,7 +16,6 @@ static struct merge_sum own_sum(const struct voxmap *m, const struct voxmap_part
 {
     struct merge_sum sum = {0};
     unsigned shift = voxmap_shift(m, p);
-
     if (!lattice_holds(&p->map.box, cell))
         return sum;
     sum.vacancy = faded_vacancy(submap_count(&p->map, SUBMAP_VACANCY, cell), shift);
@@ -31,7 +30,6 @@ static struct merge_sum pulled_sum(const struct voxmap *m, const struct voxmap_p
     struct merge_sum sum = {.vacancy = UINT32_MAX};
     const int64_t *first = p->map.box.first;
     struct resample_cell at;
-
     if (!resample_cell(resample, cell, &at))
         return (struct merge_sum){0};
     for (int n = 0; n < 8; n++) {
@@ -99,7 +97,6 @@ static bool layer_in(const struct voxmap *m, const struct voxmap_part *p, const 
     const struct lattice_box *box = &p->map.box;
     int64_t i = key->at[0] * BLOCK_SIDE - box->first[0], j = key->at[1] * BLOCK_SIDE - box->first[1];
     int64_t k = key->at[2] * BLOCK_HEIGHT - box->first[2];
-
     if (i < 0 || i >= box->size[0] || j < 0 || j >= box->size[1] || k <= -BLOCK_HEIGHT || k >= box->size[2])
         return false;
     *entry = (uint32_t)submap_entry(&p->map, (int32_t)i, (int32_t)j);
@@ -257,7 +254,6 @@ void merge_block(const struct voxmap *m, const struct block_key *key, struct mer
 {
     struct voices v;
     uint32_t entry;
-
     v.n = v.n_moved = 0;
     memset(v.residual, 0, sizeof v.residual);
     out->lost = add_residual(m, key, v.residual);
@@ -291,7 +287,6 @@ bool merge_block_changed(const struct voxmap *m, const struct block_key *key, ui
 {
     struct layer layer;
     uint32_t entry;
-
     if (m->change_of_all > since ||
         residual_stamp(&m->residual, key->at[0] * BLOCK_SIDE, key->at[1] * BLOCK_SIDE) > since)
         return true;

@@ -56,7 +56,6 @@ bool resample_meets(const struct resample *p, const int64_t first[3], const int3
 {
     double plan[3];
     int32_t low[3], high[3];
-
     place_column(p, first, plan);
     for (int a = 0; a < 3; a++) {
         double at = plan[a] + p->axis[a][2] * way(p, 2, first[2]), from = at, to = at;
@@ -138,7 +137,6 @@ void resample_column(const struct resample *p, const int64_t cell[3], int32_t n,
     const int32_t height = p->map->box.size[2];
     struct corners corners = {.i = -2};
     double plan[3];
-
     memset(vacancy, 0, (size_t)n);
     memset(echoes, 0, (size_t)n);
     place_column(p, cell, plan);

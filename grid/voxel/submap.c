@@ -206,7 +206,6 @@ void submap_body(struct submap *m, const struct lattice_place *a, const struct l
     double from[3], d[3];
     int32_t first[3], last[3];
     bool clipped = false;
-
     if (!(radius > 0 && radius <= CAST_MAX_VOXELS))
         return;
     for (int x = 0; x < 3; x++) {

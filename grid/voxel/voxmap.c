@@ -71,7 +71,6 @@ static uint16_t threshold_of(const struct voxmap_setting *s)
 void voxmap_init(struct voxmap *m, const struct voxmap_setting *s, void *memory)
 {
     uint8_t *at = memory;
-
     *m = (struct voxmap){.set = *s, .part = memory, .next_id = 1, .change = 1, .change_of_all = 1};
     m->rule.threshold = threshold_of(s);
     uint32_t weight = (uint32_t)s->rule.echo_weight * s->weight_levels;
@@ -199,7 +198,6 @@ static void begin_submap(struct voxmap *m, const struct pose *pose, uint64_t t_n
 {
     struct voxmap_part *part = voxmap_place_for_part(m);
     uint32_t *directory = part->map.tile;
-
     *part = (struct voxmap_part){
         .id = m->next_id++,
         .base = *base,
@@ -219,7 +217,6 @@ bool voxmap_move(struct voxmap *m, uint64_t id, const double position_m[3], cons
     struct voxmap_part *part = voxmap_part(m, id);
     struct lattice_place to;
     double turn[4];
-
     memcpy(turn, attitude, sizeof turn);
     if (!part || !lattice_place(position_m, m->set.voxel_m, &to) || !quat_normalise(turn))
         return false;
@@ -310,7 +307,6 @@ static struct voxmap_width width_of(const struct echoes *e, enum cast_shape shap
 {
     const float az_rad = e->az_aperture_rad / 2, wider_rad = EDGE_WIDER * az_rad;
     const bool is_wider = shape == CAST_WEDGE && wider_rad < (float)GEO_PI / 2;
-
     return (struct voxmap_width){.az_rad = cut_azimuth(e, az_rad),
                                  .el_rad = cut_elevation(e),
                                  .edge_az_rad = cut_azimuth(e, is_wider ? wider_rad : az_rad)};
@@ -324,7 +320,6 @@ static bool open_part(struct voxmap *m, enum cast_shape shape, double half_az_ra
                       struct cast_opening opening[])
 {
     struct fault fault;
-
     for (int level = 0; level < m->set.weight_levels; level++) {
         double narrow = level ? sqrt(log((double)m->set.weight_levels / level) / (2 * log(2))) : 1;
         narrow = narrow < 1 ? narrow : 1;
@@ -341,7 +336,6 @@ static bool open_beam(struct voxmap *m, enum cast_shape shape, const struct voxm
     const double voxel_m = m->set.voxel_m, az = (double)w->az_rad, el = (double)w->el_rad;
     const double side = m->set.opening, axis = side / 2;
     const bool cone = shape == CAST_CONE;
-
     if (w->az_rad > 0 && memcmp(&m->opening_width, w, sizeof *w) == 0 && m->opening_shape == shape)
         return true;
     m->opening_width = (struct voxmap_width){0};
@@ -437,7 +431,6 @@ static double lesser(double a, double b)
 static bool enter_stretch(struct voxmap *m, enum voxmap_part_of_beam part, struct cast_look *look, double to_m)
 {
     struct cast_beam beam;
-
     look->far_m = to_m;
     if (!(to_m > look->near_m) || !cast_aim(&beam, &m->opening[part][0], look))
         return false;
@@ -458,7 +451,6 @@ static bool enter_stretch(struct voxmap *m, enum voxmap_part_of_beam part, struc
 static double ungrazed_m(const struct voxmap *m, const struct voxmap_sensor *sensor)
 {
     const double b_m = m->set.body_radius_m - geo_length(sensor->mount.position_m);
-
     return b_m > 0 ? b_m / sin((double)m->opening_width.el_rad) : 0;
 }
 
@@ -485,7 +477,6 @@ static void enter_water(struct voxmap *m, const struct beam_echoes *heard, const
     const double off_m = off->along_m - off->nearer_m, uncertain_m = off->along_m + off->ahead_m;
     const double axis_m = lesser(placed_to_m(m, off) - off->ahead_m, (double)heard->free_to_m - uncertain_m);
     bool any = false;
-
     look->near_m = (double)heard->blind_m + off_m;
     if (heard->off_axis) {
         const double side_m = lesser(axis_m, (double)heard->side_to_m - uncertain_m);
@@ -530,7 +521,6 @@ static void enter_body(struct voxmap *m, const struct pose *pose, const struct l
 {
     double radius = m->set.body_radius_m / m->set.voxel_m, apart2 = 0;
     const struct lattice_place *from = &m->body;
-
     if (pose->uncertain_m + pose->blur_any_m + geo_length(pose->blur_m) > m->set.voxel_m) {
         m->body_ns = 0;
         return;
@@ -552,7 +542,6 @@ static bool locate(const struct voxmap *m, const struct pose *pose, const struct
 {
     const unsigned need = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH;
     double turn[4], arm[3], apex_m[3];
-
     memcpy(turn, pose->attitude, sizeof turn);
     if ((pose->has & need) != need || !quat_normalise(turn))
         return false;
@@ -567,7 +556,6 @@ bool voxmap_enter(struct voxmap *m, const struct echoes *e, const struct voxmap_
 {
     struct lattice_place body, apex;
     double attitude[4];
-
     if (m->started && e->t_ns > m->last_ns)
         m->last_ns = e->t_ns;
     voxmap_pass(m, m->last_ns);

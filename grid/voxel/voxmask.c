@@ -22,7 +22,6 @@ struct block_head *block_find(void *blocks, size_t size, uint32_t n, const struc
                     (uint64_t)key->at[2] * UINT64_C(0x165667b19e3779f9);
     uint32_t first = (uint32_t)(hash >> 32) & (n - 1) & ~3u;
     struct block_head *oldest = NULL;
-
     for (uint32_t way = 0; way < 4; way++) {
         struct block_head *head = (struct block_head *)((uint8_t *)blocks + (first + way) * size);
         if (head->checked && block_same(&head->key, key))
@@ -38,7 +37,6 @@ const struct voxmask_block *voxmask_block(struct voxmask *v, const struct block_
 {
     struct voxmask_block *b = (struct voxmask_block *)block_find(v->block, sizeof *b, v->n, key);
     uint64_t now = voxmap_changed(v->map);
-
     if (b->head.checked == now)
         return b;
     if (b->head.checked == 0 || merge_block_changed(v->map, key, b->head.checked)) {

@@ -104,7 +104,6 @@ static void put_kind(const struct voxmap *m, uint64_t *field)
 static void pack_head(const struct voxmap *m, const struct voxmap_part *p, uint8_t head[HEAD])
 {
     uint64_t field[FIELDS];
-
     put_kind(m, field);
     field[F_TILES] = p->map.n_tiles;
     field[F_ID] = p->id;
@@ -178,7 +177,6 @@ uint32_t voxpage_tiles(const uint8_t *bytes, size_t size)
 static const char *unlike(const struct voxmap *m, const uint8_t *bytes, size_t size, uint64_t field[FIELDS])
 {
     uint64_t kind[FIELDS];
-
     if (size < HEAD)
         return "not a submap: too short";
     read_fields(bytes, field);
@@ -236,7 +234,6 @@ uint64_t voxpage_add(struct voxmap *m, const uint8_t *bytes, size_t size, struct
     uint64_t field[FIELDS];
     struct voxmap_part part = {.turn = {1, 0, 0, 0}};
     const char *why = unfit(m, bytes, size, field);
-
     if (!why) {
         for (int a = 0; a < 4; a++)
             part.turn[a] = to_double(field[F_TURN + a]);

@@ -137,7 +137,6 @@ void voxresidual_echo(struct voxmap *m, const struct cast_look *shell, bool star
     struct cubes cubes = {.map = m, .starved = starved};
     struct lattice_place at;
     struct cast_beam beam;
-
     for (int a = 0; a < 3; a++) {
         at.cell[a] = floor_div(shell->apex->cell[a], RESIDUAL_CUBE);
         at.offset[a] =

@@ -18,7 +18,6 @@
 void basin_make(struct basin *b, unsigned seed)
 {
     struct dice dice = dice_of(seed, 1);
-
     *b = (struct basin){
         .half_m = {5.0 + dice_uniform(&dice), 4.0 + dice_uniform(&dice)}, .radius_m = 0.1, .seed = seed};
     for (int k = 0; k < BASIN_POSTS; k++) { /* all around, clear of the path */
@@ -32,7 +31,6 @@ void basin_make(struct basin *b, unsigned seed)
 void basin_place(const struct basin *b, unsigned turn, double place[2])
 {
     const double way = 0.7 * b->seed;
-
     place[0] = 0.25 * (turn - 0.5 * (BASIN_TURNS - 1)) * cos(way);
     place[1] = 0.25 * (turn - 0.5 * (BASIN_TURNS - 1)) * sin(way);
 }
@@ -41,7 +39,6 @@ double basin_range(const struct basin *b, const double p[2], double az_rad, unsi
 {
     const double u[2] = {cos(az_rad), sin(az_rad)};
     double range = INFINITY;
-
     *post = BASIN_POSTS;
     for (int i = 0; i < 2; i++)
         if (u[i] != 0)
@@ -61,7 +58,6 @@ double basin_nearest(const struct basin *b, const double p[2], double az_rad, do
 {
     unsigned post;
     double nearest = INFINITY;
-
     for (int k = -20; k <= 20; k++)
         nearest = fmin(nearest, basin_range(b, p, az_rad + half_rad * k / 20, &post));
     return nearest;
@@ -72,7 +68,6 @@ static unsigned ranges_of(const struct basin *b, const double p[2], double az_ra
 {
     unsigned post, n = 0;
     double ray[RAYS];
-
     for (int k = 0; k < RAYS; k++)
         ray[k] = basin_range(b, p, az_rad + geo_rad(BASIN_AZ_DEG) * ((double)k / (RAYS - 1) - 0.5), &post);
     for (double last = -INFINITY;; last = range_m[n++]) {
@@ -92,7 +87,6 @@ void basin_listen(const struct basin *b, unsigned turn, unsigned beam, bool stil
     const double az_rad = GEO_TURN * beam / BASIN_BEAMS;
     struct beam_echoes *h = e->beam;
     double place[2], range_m[RAYS];
-
     basin_place(b, still ? 0 : turn, place);
     *h = (struct beam_echoes){.az_rad = (float)az_rad, .blind_m = 0.5f, .state = BEAM_SILENT};
     h->n = (uint8_t)ranges_of(b, place, az_rad, range_m);

@@ -18,7 +18,6 @@ static inline struct sphere_conf basin_grid_conf(const struct knob *knob)
 {
     struct conf conf;
     struct grid_setting setting;
-
     knob_conf(knob, &conf);
     wiring_grid(&conf, &conf.grid, &setting);
     setting.sphere.layers.r_max_m = BASIN_GRID_REACH_M;
@@ -31,7 +30,6 @@ static inline struct sphere *basin_grid(const struct sphere_conf *conf)
     struct fault fault = {"no memory"};
     const size_t bytes = sphere_bytes(conf, &fault);
     void *memory = bytes ? aligned_alloc(64, (bytes + 63) / 64 * 64) : NULL;
-
     if (!memory) {
         fprintf(stderr, "no grid for the basin: %s\n", fault.text);
         exit(1);

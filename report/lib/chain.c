@@ -32,7 +32,6 @@ struct chain {
 static void *room(size_t bytes)
 {
     void *p = calloc(1, bytes);
-
     if (!p) {
         fprintf(stderr, "chain: no memory\n");
         exit(1);
@@ -51,7 +50,6 @@ struct chain *chain_make(const struct chain_conf *conf)
 {
     struct chain *chain = room(sizeof *chain);
     struct fault fault;
-
     chain->conf = *conf;
     if (conf->threshold > 0)
         return chain;
@@ -87,7 +85,6 @@ static struct background *learn(const struct sea_scene *vehicle, enum sea_head h
     const struct background_learn_conf conf = {.pings = LEARN_SCANS, .standing = true};
     struct background_shape shape;
     static struct sea_ping sea;
-
     sea_listen(vehicle, head, LEARN_SEED, 0, &sea);
     if (!background_shape_of(&sea.ping, &shape))
         abort();
@@ -128,7 +125,6 @@ static struct background *template_of(const struct sea_scene *scene, enum sea_he
 static void first_over_threshold(const struct chain *chain, const struct ping *ping, struct beam_echoes *out)
 {
     const uint8_t *samples = ping->samples;
-
     *out = (struct beam_echoes){
         .state = BEAM_SILENT, .blind_m = NAIVE_M, .free_to_m = (float)chain->conf.extract.minimum_range_m};
     for (uint32_t i = (uint32_t)(NAIVE_M / ping->dr_m); i < ping->n_bins; i++) {
@@ -146,7 +142,6 @@ static void enter(struct chain *chain, const struct ping *ping, const struct ext
                   struct beam_echoes *found)
 {
     struct echoes echoes = {.max_beams = 1, .beam = &found[ping->seq - 1]};
-
     extract_run(chain->extract, ping, aid, &echoes);
 }
 
@@ -156,7 +151,6 @@ static void take(struct chain *chain, const struct ping *heard, struct beam_echo
     const struct background_view view = {.level = chain->level, .blind = chain->blind};
     struct extract_aid aid = {.lowest = -1};
     bool known = false, any_blind;
-
     ping->t_ns = chain->clock_ns += PING_NS; /* whatever scan it is of, it comes after the last one */
     if (!chain->extract) {
         first_over_threshold(chain, ping, &found[ping->seq - 1]);
@@ -180,7 +174,6 @@ static const struct sea_ping *turn_of(const struct sea_scene *scene, enum sea_he
 {
     static struct sea_ping *turns[SEA_MAX_SCENES][SEA_HEADS];
     struct sea_ping **turn = &turns[scene - sea_scenes][head];
-
     if (!*turn) {
         *turn = room(SEA_BEAMS * sizeof **turn);
         for (unsigned b = 0; b < SEA_BEAMS; b++)
@@ -193,7 +186,6 @@ static void begin_cleanup(struct chain *chain)
 {
     const struct cleanup_conf *conf = &chain->conf.cleanup;
     struct fault fault;
-
     free(chain->cleanup);
     chain->cleanup =
         cleanup_init(room(cleanup_size(conf, SEA_MAX_BINS)), conf, &mount_identity, SEA_MAX_BINS, &fault);
@@ -206,7 +198,6 @@ static void begin_cleanup(struct chain *chain)
 void chain_begin(struct chain *chain, const struct sea_scene *scene, enum sea_head head)
 {
     struct beam_echoes found[SEA_BEAMS];
-
     if (chain->extract)
         memcpy(chain->extract, chain->fresh, chain->bytes);
     if (chain->conf.background != CHAIN_NO_TEMPLATE) {

@@ -14,7 +14,6 @@
 static void *room(size_t bytes)
 {
     void *p = bytes > 0 ? calloc(1, bytes) : NULL;
-
     if (!p) {
         fprintf(stderr, "chart: no memory\n");
         exit(1);
@@ -39,7 +38,6 @@ struct lattice_place chart_place(const struct chart *c, const double at[3])
 {
     double position_m[3];
     struct lattice_place place;
-
     for (int a = 0; a < 3; a++)
         position_m[a] = c->world->origin_m[a] + at[a];
     if (!lattice_place(position_m, c->set.voxel_m, &place))
@@ -57,7 +55,6 @@ struct chart_setting chart_setting_of(const struct conf *conf)
 {
     struct pipeline_conf pipeline;
     struct plan plan;
-
     plan_make(conf, &plan);
     wiring_pipeline(conf, &plan, true, &pipeline);
     if (!pipeline.map) {
@@ -78,7 +75,6 @@ struct chart *chart_make(const struct world *world, const struct chart_setting *
     struct chart *c = room(sizeof *c);
     double middle[3], side_m = 0;
     struct fault fault;
-
     c->world = world;
     c->set = *set;
     const double az_rad = geo_rad(DIVE_AZ_DEG / 2), el_rad = geo_rad(DIVE_EL_DEG / 2);
@@ -117,7 +113,6 @@ bool chart_aim(const struct chart *c, const struct cast_opening *opening, const 
                const double at[3], double near_m, double far_m, struct cast_beam *beam)
 {
     const struct lattice_place apex = chart_place(c, at);
-
     return cast_aim(beam, opening,
                     &(struct cast_look){.apex = &apex,
                                         .attitude = look->attitude,
@@ -130,7 +125,6 @@ bool chart_aim(const struct chart *c, const struct cast_opening *opening, const 
 static void enter_body(struct chart *c, const double at[3])
 {
     double moved2 = 0;
-
     for (int a = 0; a < 3; a++)
         moved2 += (at[a] - c->body[a]) * (at[a] - c->body[a]);
     if (!(c->set.body_m > 0) || (c->stamped && moved2 < c->set.voxel_m * c->set.voxel_m / 16))
@@ -146,7 +140,6 @@ static void enter_stretch(struct chart *c, const struct cast_opening *opening, c
                           const double at[3], double *from_m, double to_m)
 {
     struct cast_beam beam;
-
     if (!(to_m > *from_m) || !chart_aim(c, opening, look, at, *from_m, to_m, &beam))
         return;
     submap_cast(&c->map, &beam, SUBMAP_VACANCY);
@@ -160,7 +153,6 @@ static void enter_water(struct chart *c, const struct dive_look *look, const dou
     const double axis_m = (double)heard->free_to_m, side_m = (double)heard->side_to_m;
     const double edge_from_m = (double)heard->surface_from_m, edge_m = (double)heard->surface_to_m;
     double from_m = (double)heard->blind_m;
-
     if (!heard->off_axis || !(c->set.opening > 0)) {
         enter_stretch(c, &c->opening, look, at, &from_m, axis_m);
         return;
@@ -189,7 +181,6 @@ void chart_enter(struct chart *c, const struct dive_look *look, const double at[
 {
     const double half = c->set.voxel_m / 2;
     struct cast_beam beam;
-
     enter_water(c, look, at, heard);
     for (unsigned e = 0; c->set.echoes && e < heard->n; e++) {
         const double near_m = fmax(0, (double)heard->echo[e].near_m - half);
@@ -203,7 +194,6 @@ void chart_enter(struct chart *c, const struct dive_look *look, const double at[
 void chart_enter_truth(struct chart *c, const struct dive_look *look, double range_error_m)
 {
     struct cast_beam beam;
-
     if (chart_aim(c, &c->opening, look, look->at, 0, look->first_m + range_error_m, &beam))
         submap_cast(&c->map, &beam, SUBMAP_VACANCY);
     enter_body(c, look->at);
@@ -214,7 +204,6 @@ uint8_t *chart_count(struct chart *c, const int64_t cell[3], enum submap_plane p
     struct submap *m = &c->map;
     const int32_t i = (int32_t)(cell[0] - m->box.first[0]), j = (int32_t)(cell[1] - m->box.first[1]);
     uint32_t *tile = &m->tile[submap_entry(m, i, j)];
-
     if (*tile == TILE_NONE)
         *tile = tiles_take(m->tiles);
     return tiles_column(m->tiles, *tile, submap_column(i, j), plane) + (cell[2] - m->box.first[2]);
@@ -223,7 +212,6 @@ uint8_t *chart_count(struct chart *c, const int64_t cell[3], enum submap_plane p
 static bool in_sight(const struct chart *c, const struct dive_look *look, const int64_t cell[3])
 {
     double at[3], direction[3], away_m = 0;
-
     chart_center(c, cell, at);
     for (int a = 0; a < 3; a++) {
         direction[a] = at[a] - look->at[a];
@@ -237,7 +225,6 @@ static bool in_sight(const struct chart *c, const struct dive_look *look, const 
 void chart_enter_sight(struct chart *c, const struct dive_look *look)
 {
     struct cast_beam beam;
-
     if (chart_aim(c, &c->opening, look, look->at, 0, DIVE_RANGE_M, &beam))
         EACH_CELL(c, cell)
         {
@@ -256,7 +243,6 @@ enum voxel_state chart_cell(const struct chart *c, const int64_t cell[3])
 enum voxel_state chart_state(const struct chart *c, const double at[3])
 {
     const struct lattice_place place = chart_place(c, at);
-
     return chart_cell(c, place.cell);
 }
 
@@ -267,7 +253,6 @@ double chart_false_free(const struct chart *c, double t_s, double *behind_max_m,
     const double voxel_m3 = c->set.voxel_m * c->set.voxel_m * c->set.voxel_m;
     uint64_t free_voxels = 0, wrong = 0;
     double at[3];
-
     *behind_max_m = 0;
     EACH_CELL(c, cell)
     {
@@ -290,7 +275,6 @@ static void overlap(const struct chart *c, const struct chart *reference, struct
 {
     uint64_t either = 0, both = 0, there = 0;
     double at[3];
-
     EACH_CELL(reference, cell)
     {
         chart_center(reference, cell, at);
@@ -332,7 +316,6 @@ static uint8_t *frontier_of(const struct chart *c, size_t *n)
     const int32_t *size = c->box.size;
     uint8_t *mark = room((size_t)size[0] * (size_t)size[1] * (size_t)size[2]);
     size_t i = 0;
-
     *n = 0;
     EACH_CELL(c, cell)
     {
@@ -347,7 +330,6 @@ static void surfaces(const struct chart *c, const struct chart *reference, doubl
     size_t n_frontier, n_truth, n = 0, i = 0;
     uint8_t *mark = frontier_of(c, &n_frontier), *truth = frontier_of(reference, &n_truth);
     double *d = room((n_frontier + n_truth + 1) * sizeof *d), at[3];
-
     EACH_CELL(c, cell)
     {
         if (!mark[i++] || !is_heard(c, cell))

@@ -63,7 +63,6 @@ void contest_begin(void)
 void contest_detect(enum contestant c, unsigned k, const struct ping *ping, struct beam_echoes *found)
 {
     struct echoes echoes = {.max_beams = ping->n_beams, .beam = found};
-
     if (c == CONTEST_SONARD) {
         shipped_run(shipped[k], ping, &echoes);
         return;

@@ -23,7 +23,6 @@ static inline uint64_t dice_bits(struct dice *dice)
 static inline struct dice dice_of(uint64_t seed, uint64_t stream)
 {
     struct dice dice = {seed};
-
     dice.state = dice_bits(&dice) + stream;
     dice.state = dice_bits(&dice);
     return dice;
@@ -39,7 +38,6 @@ static inline double dice_uniform(struct dice *dice)
 static inline double complex dice_normal(struct dice *dice)
 {
     const double radius = sqrt(-log(dice_uniform(dice))), turn = 6.283185307179586 * dice_uniform(dice);
-
     return radius * (cos(turn) + sin(turn) * (double complex)I);
 }
 

@@ -32,7 +32,6 @@ static const struct sea_scene noise = {
 static void *room(size_t bytes)
 {
     void *p = calloc(1, bytes);
-
     if (!p) {
         fprintf(stderr, "dive: no memory\n");
         exit(1);
@@ -46,7 +45,6 @@ static void look_from(struct dive_look *look, const struct world *world, double 
                       double tilt_rad)
 {
     static const double unit[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-
     for (int a = 0; a < 3; a++)
         look->at[a] = world->from[a] + along * (world->to[a] - world->from[a]);
     quat_from_rpy(tilt_rad * sin(look->t_s), tilt_rad * cos(0.7 * look->t_s), heading_rad, look->attitude);
@@ -57,7 +55,6 @@ static void look_from(struct dive_look *look, const struct world *world, double 
 static void add_power(float *mean, double range_m, double power)
 {
     const double bin = range_m / (double)sea_ping_of(SEA_MICRON).dr_m;
-
     if (bin < sea_ping_of(SEA_MICRON).n_bins)
         mean[(size_t)bin] += (float)power;
 }
@@ -67,7 +64,6 @@ static double softness(const struct world *world, const double before[3], double
 {
     const double below[3] = {before[0], before[1], before[2] + STEP_M / 2};
     const double rise_m = world_clearance(world, below, t_s) - world_clearance(world, before, t_s);
-
     return fabs(rise_m) > STEP_M / 4 ? pow(10, world->level_db / 10) : 1;
 }
 
@@ -75,7 +71,6 @@ static void add_ray(const struct world *world, const struct dive_look *look, con
                     float *mean)
 {
     double d[3], before[3];
-
     quat_rotate(look->attitude, in_beam, d);
     const double range_m = world_ray(world, look->at, d, DIVE_RANGE_M, look->t_s);
     if (range_m >= DIVE_RANGE_M)
@@ -95,7 +90,6 @@ static void sound_of(const struct world *world, const struct dive_look *look, fl
 {
     const struct ping head = sea_ping_of(SEA_MICRON);
     double sum = 0;
-
     for (int pass = 0; pass < 2; pass++)
         for (int i = 0; i < RAYS_AZ; i++)
             for (int k = 0; k < RAYS_EL; k++) {
@@ -116,7 +110,6 @@ struct dive *dive_make(const struct world *world, unsigned turns, bool back, dou
 {
     struct dive *dive = room(sizeof *dive);
     const size_t way = (size_t)turns * DIVE_TURN;
-
     dive->world = world;
     dive->n = back ? 2 * way : way;
     dive->look = room(dive->n * sizeof *dive->look);
@@ -171,7 +164,6 @@ static struct ping listen(struct dive_ears *ears, const float *surfaces, size_t 
     struct dice dice = dice_of(seed, i);
     struct ping ping = sea_ping_of(SEA_MICRON);
     double mean[SEA_MAX_BINS] = {0};
-
     for (uint32_t b = 0; surfaces && b < ping.n_bins; b++)
         mean[b] = (double)surfaces[b];
     for (uint32_t b = 0; ears->gain_db > 0.0 && b < ping.n_bins; b++) {
@@ -195,7 +187,6 @@ static void learn(struct dive_ears *ears)
     const struct background_learn_conf conf = {.pings = LEARN_SCANS, .standing = true};
     struct background_shape shape;
     struct ping ping = listen(ears, NULL, 0, LEARN_SEED);
-
     if (!background_shape_of(&ping, &shape))
         abort();
     struct background_learn *learn =
@@ -219,7 +210,6 @@ static void give_up(const struct fault *fault)
 static struct extract_conf as_shipped(enum extract_order order)
 {
     struct extract_conf conf;
-
     extract_defaults(&conf);
     conf.ring_down_m = RING_DOWN_M;
     conf.order = order;
@@ -231,7 +221,6 @@ static struct dive_ears *ears_of(const struct extract_conf *conf, const struct c
 {
     struct dive_ears *ears = room(sizeof *ears);
     struct fault fault;
-
     ears->cleanup_conf = *cleanup;
     ears->open_water = open_water;
     ears->gain_db = gain_db;
@@ -248,14 +237,12 @@ static struct dive_ears *ears_of(const struct extract_conf *conf, const struct c
 struct dive_ears *dive_ears_make(bool open_water)
 {
     const struct extract_conf conf = as_shipped(EXTRACT_SAFE);
-
     return ears_of(&conf, &(struct cleanup_conf){.clip = 2.0}, open_water, 0.0);
 }
 
 struct dive_ears *dive_ears_over_mud(double bottom_db)
 {
     struct extract_conf conf = as_shipped(EXTRACT_SAFE);
-
     conf.bottom_db = bottom_db;
     return ears_of(&conf, &(struct cleanup_conf){.clip = 2.0}, true, 0.0);
 }
@@ -264,9 +251,7 @@ struct dive_ears *dive_ears_of_paper(double gain_db)
 {
     static const struct cleanup_conf cleanup = {
         .median = 3, .otsu = true, .clahe = true, .clip = 2.0, .classes = true, .survivors = true};
-
     const struct extract_conf conf = as_shipped(EXTRACT_PAPER);
-
     return ears_of(&conf, &cleanup, true, gain_db);
 }
 
@@ -300,7 +285,6 @@ static struct ping listen_in(struct dive_ears *ears, const struct dive *dive, si
 {
     const struct background_view view = {.level = ears->level, .blind = ears->blind};
     const struct ping ping = listen(ears, dive->mean[i], i, seed);
-
     *any_blind = false;
     *known = background_view(ears->background, &ping, &view, any_blind);
     return ping;
@@ -311,7 +295,6 @@ static void hear_cleaned(struct dive_ears *ears, const struct dive *dive, size_t
                          struct echoes *out)
 {
     struct extract_aid aid;
-
     while (ears->heard <= i && ears->given < dive->n) {
         bool known, any_blind;
         const struct ping ping = listen_in(ears, dive, ears->given++, seed, &known, &any_blind);
@@ -326,7 +309,6 @@ static void hear_cleaned(struct dive_ears *ears, const struct dive *dive, size_t
 void dive_hear(struct dive_ears *ears, const struct dive *dive, size_t i, uint64_t seed, struct beam_echoes *out)
 {
     struct echoes echoes = {.max_beams = 1, .beam = out};
-
     if (ears->cleanup) {
         *out = (struct beam_echoes){.state = BEAM_BLIND};
         hear_cleaned(ears, dive, i, seed, &echoes);

@@ -58,7 +58,6 @@ static void draw_axis(struct drawn_world *w, struct dice *d, double most_m, doub
 static void draw_head(struct drawn_world *w, struct dice *d)
 {
     const double kind = dice_uniform(d);
-
     w->beams = 1;
     w->db_per_count = 80.0 / 255.0;
     if (kind < 0.4) {
@@ -148,7 +147,6 @@ static void draw_sheet(struct dice *d, struct drawn_target *t, double distance_m
 static void draw_post(struct drawn_world *w, struct dice *d, struct drawn_target *t, double distance_m)
 {
     const double fan = w->turn_units ? GEO_TURN : w->beams * w->beam_step_rad, az = fan * (dice_uniform(d) - 0.5);
-
     t->a_m[0] = distance_m * cos(az);
     t->a_m[1] = distance_m * sin(az);
 }
@@ -187,7 +185,6 @@ static void draw_tank(struct drawn_world *w, struct dice *d)
     const double side[4] = {scaled(d, w->ring_m, w->range_m), scaled(d, w->ring_m, w->range_m),
                             scaled(d, w->ring_m, w->range_m), scaled(d, w->ring_m, w->range_m)};
     const double strength_db = 2.0 * normal(d);
-
     for (int k = 0; k < 4; k++) { /* corners: (s0, s1), (s0, -s3), (-s2, -s3), (-s2, s1) */
         struct drawn_target *t = &w->target[w->targets++];
         const double corner[4][2] = {
@@ -254,7 +251,6 @@ struct drawn_world drawn_world_of(uint64_t seed, unsigned number)
 {
     struct drawn_world w = {.seed = seed, .number = number};
     struct dice d = dice_of(seed, number), timing = dice_of(seed, TIMING_STREAM + number);
-
     draw_head(&w, &d);
     draw_receiver(&w, &d);
     draw_water(&w, &d);
@@ -267,14 +263,12 @@ struct drawn_world drawn_world_of(uint64_t seed, unsigned number)
 double drawn_gain_db(const struct drawn_world *w, double range_m)
 {
     const double r_m = fmax(range_m, 0.1);
-
     return w->gain_db + w->tvg_log * log10(3.0 * r_m / w->range_m) + w->tvg_per_m * (r_m - w->range_m / 3.0);
 }
 
 double drawn_wall_db(const struct drawn_world *w, double range_m)
 {
     const double r_m = fmax(range_m, 0.1);
-
     return w->wall_db - 20.0 * log10(3.0 * r_m / w->range_m) - 2.0 * w->absorption * (r_m - w->range_m / 3.0) +
            drawn_gain_db(w, range_m);
 }
@@ -329,7 +323,6 @@ static double count_of_sixteenth(const struct drawn_world *w, double v)
 uint8_t drawn_count(const struct drawn_world *w, double power)
 {
     const double count = count_of(w, power);
-
     if (w->four_bit)
         return (uint8_t)count_of_sixteenth(w, sixteenth(w, count));
     return (uint8_t)fmin(fmax(count + 0.5, 0.0), 255.0);
@@ -352,7 +345,6 @@ double drawn_power_above(const struct drawn_world *w, uint8_t count)
 void drawn_world_print(FILE *out, const struct drawn_world *w)
 {
     static const char *const law_name[] = {"linear", "power", "sqrt", "log"};
-
     fprintf(out,
             "seed %llu world %u: %s %.1f m, %u bins, pulse %.3f m, %s%s told %s, TVG %.0f log, wall %.0f dB, "
             "noise %.0f dB at the end, ring-down to %.2f m, texture %d, side lobes %.0f dB;",

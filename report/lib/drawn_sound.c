@@ -91,7 +91,6 @@ static void other_pings(struct drawn_sound *s, unsigned k)
 static void hear_others(struct drawn_sound *s, struct moment *m)
 {
     const struct drawn_world *w = &s->world;
-
     m->any_other = false;
     for (unsigned k = 0; k < w->others; k++) {
         const struct drawn_other *o = &w->other[k];
@@ -112,7 +111,6 @@ static void hear_others(struct drawn_sound *s, struct moment *m)
 static double other_pattern(const struct drawn_world *w, double az_rad)
 {
     const double off = geo_wrap_pi(az_rad - w->other[0].az_rad) / OTHER_HALF_RAD;
-
     return power_of(fmax(-3.0 * off * off, OTHER_SIDE_DB));
 }
 
@@ -120,7 +118,6 @@ static double other_pattern(const struct drawn_world *w, double az_rad)
 static double texture_of(struct dice *d, int shape)
 {
     double sum = 0.0;
-
     for (int k = 0; k < shape; k++)
         sum -= log(dice_uniform(d));
     return sum / shape;
@@ -133,7 +130,6 @@ static void mix(struct drawn_sound *s, const struct moment *m, unsigned beam, do
     struct drawn_truth *truth = &s->truth[beam];
     struct insonified *b = &s->beam;
     double texture = 1.0;
-
     if (m->any_other) {
         const float pattern = (float)other_pattern(w, az_rad);
         for (uint32_t i = 0; i < w->bins; i++)
@@ -213,7 +209,6 @@ static void tell_rise(const struct drawn_sound *s, unsigned k, struct drawn_trut
     const double bin_m = s->insonify.bin_m, before_m = fmax(0.0, b->near_m[k] - BEFORE_M);
     double sum = 0.0;
     uint32_t loudest = b->first[k];
-
     truth->peak[k] = 0.0;
     for (uint32_t i = b->first[k]; i < end; i++) {
         sum += i < b->end[k] ? (double)b->target[k][i] : 0.0;
@@ -256,7 +251,6 @@ static void listen(struct drawn_sound *s, const struct moment *m, unsigned beam,
 static struct pose pose_of(const struct drawn_world *w, const struct moment *m)
 {
     struct pose pose = pose_identity;
-
     if (!w->posed)
         return pose;
     pose.t_ns = (uint64_t)(m->t_s * 1e9);
@@ -274,7 +268,6 @@ bool drawn_sound_next(struct drawn_sound *s)
     const struct drawn_world *w = &s->world;
     static struct moment m;
     bool lost;
-
     do {
         if (s->pings == DRAWN_TURNS * w->pings)
             return false;
@@ -310,7 +303,6 @@ enum insonify_cause drawn_sound_cause(const struct drawn_sound *s, unsigned beam
     const double last = range_m / s->insonify.bin_m, length = 2.0 * s->world.pulse_bins;
     const uint32_t end = (uint32_t)fmin(last + 2.0, s->world.bins), first = (uint32_t)fmax(0.0, last - length);
     uint32_t loudest = first < end ? first : end - 1;
-
     for (uint32_t i = first; i < end; i++)
         if (truth->power[i] > truth->power[loudest])
             loudest = i;

@@ -15,7 +15,6 @@ static const struct {
 double hearable_below(double coherent, double diffuse, double x)
 {
     const double a = coherent / diffuse, b = x / diffuse;
-
     if (a > 300.0 || b > 600.0) /* near normal, or far out */
         return 0.5 * erfc((coherent + diffuse - x) / sqrt(2.0 * diffuse * (diffuse + 2.0 * coherent)));
     double poisson = exp(-a), term = exp(-b), gamma = 1.0 - term, sum = 0.0;
@@ -35,7 +34,6 @@ static double textured_above(int shape, double x)
 {
     const double step = 0.01, end = 30.0;
     double sum = 0.0;
-
     for (double u = step / 2.0; u < end; u += step)
         sum += exp((shape - 1) * log(u) - u - lgamma(shape) - x * shape / u) * step;
     return sum;
@@ -44,7 +42,6 @@ static double textured_above(int shape, double x)
 static double textured_quantile(int shape)
 {
     double low = 1.0, high = 200.0;
-
     for (int step = 0; step < 40; step++) {
         const double x = 0.5 * (low + high);
         *(textured_above(shape, x) > HEARABLE_FALSE ? &low : &high) = x;
@@ -55,7 +52,6 @@ static double textured_quantile(int shape)
 struct hearable_margins hearable_margins_of(int texture)
 {
     struct hearable_margins out = {.textured = texture > 0 ? textured_quantile(texture) : -log(HEARABLE_FALSE)};
-
     for (int c = 0; c < DRAWN_CLASSES; c++) {
         double low = 1e-4, high = 10.0;
         for (int step = 0; step < 60; step++) {
@@ -77,7 +73,6 @@ struct hearable_background hearable_background_at(const struct insonify *in,
     const uint32_t p = in->world->pulse_bins, first = i + 1 > p ? i + 1 - p : 0;
     double even = p * ((double)beam->mean[CAUSE_RING][i] + (double)beam->mean[CAUSE_NOISE][i] * raised);
     double textured = p * (double)beam->mean[CAUSE_VOLUME][i];
-
     for (uint32_t k = first; k <= i; k++) {
         even += (double)beam->mean[CAUSE_OWN_PARTS][k];
         textured += (double)beam->mean[CAUSE_PLANE][k];
@@ -96,7 +91,6 @@ static double heard_by(const struct insonify *in, const struct hearable_margins 
     const uint32_t begin = glint->power > 0.0 && glint->bin < beam->first[t] ? glint->bin : beam->first[t];
     const uint32_t end = glint->power > 0.0 && glint->bin >= beam->end[t] ? glint->bin + 1 : beam->end[t];
     double missed = 1.0, by_m = INFINITY;
-
     *peak = 0.0;
     for (uint32_t i = begin; i < end; i += p) {
         double echo = 0.0;
@@ -119,7 +113,6 @@ static double planes_heard_by(const struct insonify *in, const struct insonified
 {
     const uint32_t p = in->world->pulse_bins;
     double missed = 1.0;
-
     if (!(beam->plane_m < in->world->range_m) || beam->plane_m > beam->solid_m)
         return INFINITY;
     for (uint32_t i = (uint32_t)(beam->plane_m / in->bin_m); i + p <= in->world->bins; i += p) {
@@ -143,7 +136,6 @@ void hearable_beam(const struct insonify *in, const struct hearable_margins *mar
 {
     const struct drawn_world *w = in->world;
     const double through = beam->shadowed ? pow(10.0, w->shadow_db / 10.0) : 1.0;
-
     for (int k = 0; k < HEARABLE_CELLS; k++) {
         const double r_m = (k + 0.5) * w->range_m / HEARABLE_CELLS;
         const uint32_t i = (uint32_t)(r_m / in->bin_m);

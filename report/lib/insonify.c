@@ -32,7 +32,6 @@ static double pattern(double u)
 static double ring_db(const struct drawn_world *w, double r_m)
 {
     const double x = fmax(0.0, (r_m / w->ring_m - 0.25) / 0.75);
-
     return 15.0 - 85.0 * pow(x, w->ring_shape) +
            w->ripple_db * sin(GEO_TURN * r_m / w->ripple_m + w->ripple_phase);
 }
@@ -55,7 +54,6 @@ void insonify_init(struct insonify *in, const struct drawn_world *w)
 void insonify_add(const struct insonify *in, float *mean, double from_m, double to_m, double power)
 {
     const double end = in->world->bins, a = fmax(from_m / in->bin_m, 0.0), b = fmax(to_m / in->bin_m, a);
-
     if (a >= end)
         return;
     const uint32_t first = (uint32_t)a, last = (uint32_t)fmin(b, end - 1.0);
@@ -74,7 +72,6 @@ void insonify_add(const struct insonify *in, float *mean, double from_m, double 
 static double wall_power(const struct insonify *in, double r_m)
 {
     const double at = r_m / in->bin_m;
-
     return at < in->world->bins ? in->wall[(uint32_t)at] : 0.0;
 }
 
@@ -89,7 +86,6 @@ static double sheet_range(const struct drawn_target *t, const double place[2], d
     const double u[2] = {cos(az), sin(az)}, a[2] = {t->a_m[0] - place[0], t->a_m[1] - place[1]};
     const double d[2] = {t->b_m[0] - t->a_m[0], t->b_m[1] - t->a_m[1]}, cross = u[0] * d[1] - u[1] * d[0];
     const double r = (a[0] * d[1] - a[1] * d[0]) / cross, s = (a[0] * u[1] - a[1] * u[0]) / cross;
-
     if (!(r > 0.0 && s >= 0.0 && s <= 1.0))
         return INFINITY;
     *cosine = fabs(cross) / hypot(d[0], d[1]);
@@ -99,7 +95,6 @@ static double sheet_range(const struct drawn_target *t, const double place[2], d
 static double aspect(const struct drawn_target *t, double cosine)
 {
     const double askew = acos(fmin(cosine, 1.0)) / SPECULAR_RAD;
-
     return fmax(cosine * cosine, power_of(ASKEW_DB)) *
            (t->class == DRAWN_WALL ? power_of(SPECULAR_DB * exp(-askew * askew)) : 1.0);
 }
@@ -108,7 +103,6 @@ static double aspect(const struct drawn_target *t, double cosine)
 static double target_power(const struct insonify *in, const struct drawn_target *t, double r_m)
 {
     const double decade_db = is_sheet(t) ? 0.0 : 10.0 * log10(3.0 * fmax(r_m, 0.1) / in->world->range_m);
-
     return wall_power(in, r_m) * power_of(t->strength_db - decade_db);
 }
 
@@ -129,7 +123,6 @@ static void add_part(const struct insonify *in, struct insonified *out, unsigned
 {
     static double lift[LIFTS];
     double sum = 0.0;
-
     for (int k = 0; k < LIFTS; k++)
         sum += lift[k] = pattern((k + 0.5) / LIFTS);
     for (int k = 0; k < LIFTS; k++) {
@@ -147,7 +140,6 @@ struct rays {
 static void cast(const struct insonify *in, const double place[2], double az, struct rays *rays)
 {
     double sum = 0.0;
-
     for (int k = 0; k < RAYS; k++) {
         rays->u[k] = SKIRT * (2.0 * k / (RAYS - 1) - 1.0);
         rays->az[k] = az + rays->u[k] * in->world->az_aperture_rad;
@@ -175,7 +167,6 @@ static void add_sheet(const struct insonify *in, const struct rays *rays, unsign
 {
     const struct drawn_target *target = &in->world->target[t];
     double nearest_m = INFINITY, coherent = 0.0;
-
     for (int k = 0; k < RAYS; k++) {
         const double r_m = rays->range_m[t][k];
         if (r_m > rays->opaque_m[k] || r_m >= in->world->range_m)
@@ -202,7 +193,6 @@ static void add_post(const struct insonify *in, const struct rays *rays, unsigne
     const struct drawn_target *target = &in->world->target[t];
     const double x = target->a_m[0] - place[0], y = target->a_m[1] - place[1], r_m = hypot(x, y);
     const double u = geo_wrap_pi(atan2(y, x) - az_rad) / in->world->az_aperture_rad;
-
     if (fabs(u) > SKIRT || r_m >= in->world->range_m)
         return;
     if (r_m > rays->opaque_m[(int)((u / SKIRT + 1.0) / 2.0 * (RAYS - 1) + 0.5)])
@@ -218,7 +208,6 @@ static void add_plane(const struct insonify *in, const struct drawn_plane *p, do
 {
     const double rise = tan(p->slope_rad) * cos(az_rad - p->az_rad), half = SKIRT / (PLANE_RAYS - 1);
     double sum = 0.0;
-
     for (int k = 0; k < PLANE_RAYS; k++)
         sum += pattern(SKIRT * (2.0 * k / (PLANE_RAYS - 1) - 1.0));
     for (int k = 0; k < PLANE_RAYS; k++) {
@@ -245,7 +234,6 @@ static void add_plane(const struct insonify *in, const struct drawn_plane *p, do
 static void add_side_lobes(const struct insonify *in, const double place[2], double az_rad, struct insonified *out)
 {
     const struct drawn_world *w = in->world;
-
     for (unsigned t = 0; t < w->targets; t++) {
         const struct drawn_target *target = &w->target[t];
         const int facets = is_sheet(target) ? FACETS : 1;
@@ -277,7 +265,6 @@ static void add_multipath(const struct insonify *in, unsigned t, struct insonifi
 {
     const struct drawn_world *w = in->world;
     double power = out->glint[t].power;
-
     if (!isfinite(out->near_m[t]))
         return;
     for (uint32_t i = out->first[t]; i < out->end[t]; i++)
@@ -295,7 +282,6 @@ static void add_multipath(const struct insonify *in, unsigned t, struct insonifi
 static double add_own_parts(const struct insonify *in, double az_rad, struct insonified *out)
 {
     const struct drawn_world *w = in->world;
-
     if (!w->frame || fabs(geo_wrap_pi(az_rad - w->frame_az_rad)) > w->frame_half_rad)
         return 1.0;
     insonify_add(in, out->mean[CAUSE_OWN_PARTS], w->frame_m, w->frame_m + 0.05,
@@ -310,7 +296,6 @@ void insonify_beam(const struct insonify *in, const double place[2], double az_r
 {
     const struct drawn_world *w = in->world;
     struct rays rays;
-
     for (int c = 0; c < CAUSES; c++)
         memset(out->mean[c], 0, w->bins * sizeof(float));
     out->plane_m = out->solid_m = out->skirt_m = INFINITY;

@@ -29,7 +29,6 @@ void knob_base(const char *lines)
 static const struct conf_key *key_of(const struct knob *knob)
 {
     const struct conf_key *key = knob->section ? conf_key_find(knob->section, knob->name) : NULL;
-
     if (knob->section && !key)
         print_fault((void *)knob->name, "no such key");
     return key;
@@ -39,7 +38,6 @@ static void set_own_key(const struct knob *knob, struct conf *conf)
 {
     const struct conf_key *key = key_of(knob);
     struct fault fault;
-
     if (key && knob->value && !conf_value_read(key, knob->value, (char *)conf + conf_base(key, 0), &fault))
         print_fault((void *)knob->name, fault.text);
 }
@@ -51,7 +49,6 @@ void knob_conf(const struct knob *knob, struct conf *conf)
     struct conf_source *source;
     char text[2048];
     const int n = snprintf(text, sizeof text, "%s%s%s", BASIS, base_lines, of->more ? of->more : "");
-
     if (n < 0 || (size_t)n >= sizeof text)
         print_fault((void *)of->name, "the row is too long");
     conf_load_text(conf, &source, &(struct conf_text){"basis", text, (size_t)n}, &settings_checks, print_fault,
@@ -70,7 +67,6 @@ __attribute__((format(printf, 2, 3))) static void append(char text[KNOB_TEXT_MAX
 {
     const size_t n = strlen(text);
     va_list ap;
-
     va_start(ap, form);
     vsnprintf(text + n, KNOB_TEXT_MAX - n, form, ap);
     va_end(ap);
@@ -79,7 +75,6 @@ __attribute__((format(printf, 2, 3))) static void append(char text[KNOB_TEXT_MAX
 static void append_key(const struct conf *conf, const struct conf_key *key, char text[KNOB_TEXT_MAX])
 {
     char value[CONF_VALUE_MAX];
-
     conf_value_write(key, base_of(conf, key), value, sizeof value);
     append(text, "%s[%s] %s = %s", *text ? "; " : "", key->section, key->name, value);
 }
@@ -93,7 +88,6 @@ void knob_configuration(const struct knob *knob, char text[KNOB_TEXT_MAX])
 {
     const struct conf_key *own = key_of(knob);
     struct conf conf, shipped;
-
     knob_conf(knob, &conf);
     knob_conf(NULL, &shipped);
     *text = '\0';
@@ -111,7 +105,6 @@ void knob_configuration(const struct knob *knob, char text[KNOB_TEXT_MAX])
 bool knob_is_default(const struct knob *knob)
 {
     struct conf conf, shipped;
-
     knob_conf(knob, &conf);
     knob_conf(NULL, &shipped);
     for (const struct conf_key *key = conf_keys; key->name; key++)
@@ -123,7 +116,6 @@ bool knob_is_default(const struct knob *knob)
 void knob_check(const struct knob *knob, size_t n)
 {
     char one[KNOB_TEXT_MAX], other[KNOB_TEXT_MAX];
-
     for (size_t i = 0; i < n; i++) {
         knob_configuration(&knob[i], one);
         for (size_t k = 0; k < i; k++) {
@@ -142,7 +134,6 @@ void knob_value(const struct knob *knob, char text[KNOB_TEXT_MAX])
 {
     const struct conf_key *own = key_of(knob);
     struct conf conf;
-
     *text = '\0';
     if (!own) {
         append(text, "%s", knob->label);
@@ -155,7 +146,6 @@ void knob_value(const struct knob *knob, char text[KNOB_TEXT_MAX])
 void knob_print(const struct knob *knob)
 {
     char value[KNOB_TEXT_MAX], configuration[KNOB_TEXT_MAX];
-
     knob_value(knob, value);
     knob_configuration(knob, configuration);
     printf("%s,\"%s\",%d,\"%s\"", knob->name, value, knob_is_default(knob), configuration);

@@ -12,7 +12,6 @@ static uint32_t first_above(const struct drawn_sound *s, unsigned beam, uint32_t
     uint32_t i = from;
     int last = -1;
     unsigned least = 256; /* count of an echo in cell `last` */
-
     for (; i < w->bins; i++) {
         const int cell = (int)((i + 0.5) * HEARABLE_CELLS / w->bins);
         if (cell != last) {
@@ -32,7 +31,6 @@ void oracle_detect(const struct drawn_sound *s, unsigned beam, double factor, st
     const struct hearable *h = &s->truth[beam].hearable;
     const double cell_m = w->range_m / HEARABLE_CELLS;
     int from = 0, to;
-
     while (from < HEARABLE_CELLS && !(h->cell[from] >> DRAWN_WALL & 1))
         from++;
     for (to = from; to < HEARABLE_CELLS && h->cell[to] >> DRAWN_WALL & 1;)

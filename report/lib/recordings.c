@@ -30,7 +30,6 @@ struct reader {
 static struct reader *reader_make(recordings_use *use, void *ctx)
 {
     struct reader *r = calloc(1, sizeof *r);
-
     if (!r)
         exit(1);
     r->use = use;
@@ -50,7 +49,6 @@ static void read_line(struct reader *r, const struct recordings_head *head, char
     char *at = line;
     const double t_s = strtod(at, &at), bearing_deg = strtod(at + 1, &at), range_m = strtod(at + 1, &at);
     const unsigned long n = strtoul(at + 1, &at, 10);
-
     p->kind = PING_PROFILE;
     p->law = (uint8_t)head->law;
     p->db_per_count = (float)head->db_per_count;
@@ -78,7 +76,6 @@ bool recordings_text(const char *path, const struct recordings_head *head, recor
 {
     static char line[1 << 16];
     FILE *file = fopen(path, "r");
-
     if (!file)
         return false;
     struct reader *r = reader_make(use, ctx);
@@ -94,7 +91,6 @@ static void take_bytes(struct reader *r, uint64_t t_ns, const uint8_t *bytes, si
 {
     struct ping_frame frame;
     struct ping360_data data;
-
     while (ping_parser_next(&r->parser, &bytes, &n, t_ns + 1000000000u, &frame)) {
         if (!ping360_decode_data(&frame, &data) || data.n_data < LEAST)
             continue;
@@ -108,7 +104,6 @@ static void take_bytes(struct reader *r, uint64_t t_ns, const uint8_t *bytes, si
 static size_t sized(const uint8_t **at, const uint8_t *end)
 {
     const uint8_t *b = *at;
-
     if (end - b < 4)
         return SIZE_MAX;
     const size_t n = (size_t)b[0] << 24 | (size_t)b[1] << 16 | (size_t)b[2] << 8 | b[3];
@@ -121,7 +116,6 @@ static uint64_t clock_ns(const uint8_t *text, size_t n)
 {
     static const uint64_t unit_ms[] = {36000000, 3600000, 0, 600000, 60000, 0, 10000, 1000, 0, 100, 10, 1};
     uint64_t ms = 0;
-
     for (size_t i = 0; i < sizeof unit_ms / sizeof unit_ms[0] && 2 * i + 1 < n; i++)
         ms += unit_ms[i] * (text[2 * i + 1] & 15u);
     return ms * 1000000u;
@@ -154,7 +148,6 @@ static bool read_log(struct reader *r, const uint8_t *at, const uint8_t *end)
 bool recordings_ping_viewer(const char *path, recordings_use *use, void *ctx)
 {
     FILE *file = fopen(path, "rb");
-
     if (!file)
         return false;
     fseek(file, 0, SEEK_END);

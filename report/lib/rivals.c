@@ -21,7 +21,6 @@ static void found(const struct ping *ping, unsigned beam, double from_m, uint32_
 {
     const double dr_m = (double)ping->dr_m, end_m = bin * dr_m;
     const bool echo = bin < ping->n_bins;
-
     *out = (struct beam_echoes){.az_rad = ping->beam[beam].az_rad,
                                 .blind_m = (float)from_m,
                                 .free_to_m = (float)fmax(end_m, from_m),
@@ -36,7 +35,6 @@ void rivals_threshold(const struct ping *ping, unsigned beam, double counts, dou
 {
     const uint8_t *sample = samples_of(ping, beam);
     uint32_t i = (uint32_t)ceil(from_m / (double)ping->dr_m);
-
     while (i < ping->n_bins && sample[i] <= counts)
         i++;
     found(ping, beam, from_m, i < ping->n_bins ? i : ping->n_bins, out);
@@ -48,7 +46,6 @@ void rivals_soca(const struct ping *ping, unsigned beam, double counts, struct b
     const uint8_t *sample = samples_of(ping, beam);
     const uint32_t blank = (uint32_t)ceil(BLANK_M / (double)ping->dr_m), reach = TRAINING + GUARD;
     uint32_t i = blank > reach ? blank : reach, before = 0, behind = 0;
-
     if (factor == 0.0)
         cfar_alpha(CFAR_SOCA, TRAINING, TRAINING, 0, FALSE_ALARM, &factor);
     for (uint32_t k = 0; k < TRAINING && i + reach < ping->n_bins; k++) {

@@ -14,7 +14,6 @@ struct pipeline *scans_start(const struct conf *conf, uint32_t beams)
     struct pipeline_conf p;
     struct plan plan;
     struct fault fault;
-
     plan_make(conf, &plan);
     wiring_pipeline(conf, &plan, true, &p);
     p.max_beams = p.beams[0] = beams;
@@ -30,7 +29,6 @@ struct pipeline *scans_start(const struct conf *conf, uint32_t beams)
 static struct pose pose_at(uint64_t t_ns)
 {
     struct pose pose = pose_identity;
-
     pose.t_ns = t_ns;
     pose.has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH;
     return pose;
@@ -40,7 +38,6 @@ void scans_submit(struct pipeline *pipeline, const struct sea_ping *sea)
 {
     struct ping *ping = pipeline_begin(pipeline);
     struct ping heard = sea->ping;
-
     heard.max_beams = ping->max_beams;
     heard.max_samples = ping->max_samples;
     heard.beam = ping->beam;

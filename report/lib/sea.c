@@ -91,7 +91,6 @@ static uint8_t count_of(enum sea_head head, double power)
 static uint64_t stream_of(const char *name)
 {
     uint64_t hash = 14695981039346656037u;
-
     for (; *name; name++)
         hash = (hash ^ (uint8_t)*name) * 1099511628211u;
     return hash;
@@ -103,7 +102,6 @@ static const struct scene *shapes_of(const struct sea_scene *sea)
     static struct scene scene;
     static const char *parsed;
     struct fault fault;
-
     if (parsed == sea->shapes)
         return &scene;
     memset(&scene, 0, sizeof scene);
@@ -120,7 +118,6 @@ static void surface_add(const struct sea_scene *sea, enum sea_head head, double 
                         double *mean)
 {
     const int steps = sea->tail_m > 0.0 ? TAIL_STEPS : 1;
-
     for (int k = 0; k < steps; k++) {
         const double depth = (k + 0.5) / steps; /* quantile of the exponential */
         const double bin = (range_m - (sea->tail_m > 0.0 ? sea->tail_m * log1p(-depth) : 0.0)) / heads[head].bin_m;
@@ -136,7 +133,6 @@ static void surfaces(const struct sea_scene *sea, enum sea_head head, double az_
     const struct scene *scene = shapes_of(sea);
     const double origin[3] = {0.0, 0.0, 0.0}, pulse_bins = heads[head].pulse_m / heads[head].bin_m;
     double sum = 0.0, axis_m = INFINITY, farthest_m = 0.0, weight[RAYS_AZ][RAYS_EL];
-
     if (scene->n == 0)
         return;
     for (int pass = 0; pass < 2; pass++)
@@ -208,7 +204,6 @@ void sea_hear(enum sea_head head, const double *mean, double ring_m, double stra
               uint8_t *samples)
 {
     double power[SEA_MAX_BINS];
-
     speckle(mean, head, dice, power);
     for (uint32_t i = 0; i < heads[head].bins; i++) {
         const double ring_db = 10.0 - fmax(0.0, (i + 0.5) * heads[head].bin_m - ring_m) * RING_DB_PER_M;
@@ -244,7 +239,6 @@ void sea_listen(const struct sea_scene *scene, enum sea_head head, uint64_t seed
     const int steps = (int)beam - SEA_BEAMS / 2;
     const uint32_t turn = heads[head].turn;
     double mean[SEA_MAX_BINS] = {0};
-
     *out = (struct sea_ping){.ping = sea_ping_of(head),
                              .skirt_m = INFINITY,
                              .nearest_m = INFINITY,

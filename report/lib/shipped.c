@@ -36,7 +36,6 @@ struct shipped *shipped_make(double knob, uint32_t max_bins)
     const struct knob row = row_of(knob, value);
     struct extract_conf extract;
     struct conf conf;
-
     knob_conf(&row, &conf);
     wiring_extract(&conf, 0, &extract);
     return shipped_make_as(&extract, max_bins);
@@ -46,7 +45,6 @@ void shipped_configuration(double knob, char text[KNOB_TEXT_MAX])
 {
     char value[32];
     const struct knob row = row_of(knob, value);
-
     knob_configuration(&row, text);
 }
 
@@ -54,7 +52,6 @@ struct shipped *shipped_make_as(const struct extract_conf *conf, uint32_t max_bi
 {
     struct shipped *s = calloc(1, sizeof *s);
     struct fault fault = {"no memory"};
-
     if (s) {
         s->bytes = extract_size(max_bins);
         void *mem = calloc(1, s->bytes);

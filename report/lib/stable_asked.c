@@ -28,7 +28,6 @@ static struct answer ask(struct stable_sphere *s, double az_deg, double el_deg, 
                                    .distance_m = distance_m,
                                    .half_angle_rad = geo_rad(half_deg)};
     struct answer a;
-
     answer_direction(sphere_picture(s->sphere), &limits, &now, &q, &a);
     return a;
 }
@@ -39,7 +38,6 @@ static void nothing(bool quick, struct stable_found *f)
     struct stable_sphere s = stable_sphere(&usual);
     const struct answer_now now = {.now_ns = s.t_ns, .pose_fresh = true, .pose = s.pose};
     static struct answer sector[72];
-
     (void)quick;
     f->ours = 0;
     for (int az = 0; az < 360; az += 5)
@@ -58,7 +56,6 @@ static void nothing(bool quick, struct stable_found *f)
 static void at_the_edge(bool quick, struct stable_found *f)
 {
     static const double az_deg[] = {0, 359.9999, 180, 90, 0.0001};
-
     (void)quick;
     f->naive = f->ours = 0;
     for (size_t k = 0; k < sizeof az_deg / sizeof az_deg[0]; k++)
@@ -79,7 +76,6 @@ static void speeds(bool quick, struct stable_found *f)
 {
     static const double way[] = {0, -1, 1e-12, 1e-6, 1, 1e7, 1e300}, late[] = {0, 1e-9, 0.5, 1e4},
                         brake[] = {1e-6, 0.2, 1e3};
-
     (void)quick;
     f->naive = f->ours = 0;
     for (int w = 0; w < 7; w++)
@@ -132,7 +128,6 @@ static void open_water(struct sea_map *m)
                                       .position_m = {0.01, 0.01, 0.01},
                                       .has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH}};
     struct fault fault;
-
     m->memory[0] = stable_memory(voxmap_bytes(&s, &fault));
     m->memory[1] = stable_memory(voxmask_bytes(1024));
     voxmap_init(&m->map, &s, m->memory[0]);
@@ -176,7 +171,6 @@ static void capsules(bool quick, struct stable_found *f)
 static void ages(bool quick, struct stable_found *f)
 {
     static const uint64_t started_s[] = {1, 1000, 100000, 31557600};
-
     (void)quick;
     f->naive = f->ours = 0;
     for (int k = 0; k < 4; k++) {
@@ -202,7 +196,6 @@ static void ages(bool quick, struct stable_found *f)
 static void monotone(bool quick, struct stable_found *f)
 {
     struct dice dice = dice_of(6, 0);
-
     f->naive = f->ours = 0;
     for (int world = 0; world < (quick ? 5 : 40); world++) {
         struct stable_sphere s = stable_sphere(&usual);

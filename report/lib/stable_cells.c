@@ -16,7 +16,6 @@
 static struct layers make_layers(const struct layers_conf *conf)
 {
     struct layers layers;
-
     layers_init(&layers, conf, stable_memory((layers_count(conf) + 1) * sizeof(double)));
     return layers;
 }
@@ -40,7 +39,6 @@ static long double edge_by_hand(const struct layers_conf *c, uint32_t i)
 static void growths(bool quick, struct stable_found *f)
 {
     static const double growth[] = {1, 1 + DBL_EPSILON, 1 + 1e-12, 1.0000001, 1.035, 2, 1e3};
-
     (void)quick;
     f->naive = f->ours = 0;
     for (size_t k = 0; k < sizeof growth / sizeof growth[0]; k++) {
@@ -66,7 +64,6 @@ static void at_edges(bool quick, struct stable_found *f)
 {
     const struct layers_conf conf = {.r_min_m = 0, .r_max_m = 200, .dr_m = 0.05, .n_const = 0, .growth = 1.035};
     const struct layers layers = make_layers(&conf);
-
     (void)quick;
     f->naive = f->ours = 0;
     for (uint32_t i = 0; i < layers.n; i++) {
@@ -87,7 +84,6 @@ static void from_zero(bool quick, struct stable_found *f)
 {
     const struct layers_conf conf = {.r_min_m = 0, .r_max_m = 10, .dr_m = 0.05, .n_const = 10, .growth = 1.1};
     const struct layers layers = make_layers(&conf);
-
     (void)quick;
     f->ours = (layers.edge[0] != 0) + (layers_index(&layers, 0) != 0) + (layers_index(&layers, -0.0) != 0) +
               (layers_index(&layers, DBL_TRUE_MIN) != 0);
@@ -102,7 +98,6 @@ static void senseless_layers(bool quick, struct stable_found *f)
         {0, 10, 0.05, 10, 0.5}, {0, 10, 0, 10, 1.1},     {0, 10, -1, 10, 1.1},  {0, 10, NAN, 10, 1.1},
         {0, 10, 0.05, 10, NAN}, {-1, 10, 0.05, 10, 1.1}, {0, 1e9, 1e-3, 10, 1}, {0, INFINITY, 0.05, 10, 1.1},
     };
-
     (void)quick;
     f->derived = true;
     f->naive = sizeof row / sizeof row[0]; /* the loop that adds layers never ends, or ends at once */
@@ -117,7 +112,6 @@ static void angles(bool quick, struct stable_found *f)
     static const double az[] = {0, -0.0, GEO_TURN, -1e-17, 1e9 * GEO_TURN + 0.1, -1e9 * GEO_TURN, 4.9e-324};
     const double el[] = {0, GEO_PI / 2, -GEO_PI / 2, nextafter(GEO_PI / 2, 0), nextafter(-GEO_PI / 2, 0), 1e-300};
     static struct rings rings;
-
     (void)quick;
     rings_full(&rings, geo_rad(2));
     f->naive = f->ours = 0;
@@ -139,7 +133,6 @@ static void all_the_sphere(bool quick, struct stable_found *f)
     static const double step_deg[] = {90, 45, 7, 2, 0.5};
     static struct rings rings;
     struct dice dice = dice_of(6, 0);
-
     f->naive = f->ours = 0;
     for (size_t k = 0; k < sizeof step_deg / sizeof step_deg[0]; k++) {
         long double whole = 0;
@@ -170,7 +163,6 @@ static bool among(const struct rings *rings, uint32_t d, uint32_t other, unsigne
 {
     struct rings_run run[3];
     const unsigned runs = rings_touching(rings, d, run);
-
     *times = 0;
     for (unsigned r = 0; r < runs; r++)
         for (uint32_t k = 0; k < run[r].n; k++)
@@ -184,7 +176,6 @@ static void neighbours(bool quick, struct stable_found *f)
     static const double step_deg[] = {90, 60, 45, 20, 7};
     static struct rings rings;
     unsigned times, back;
-
     (void)quick;
     f->naive = f->ours = 0;
     for (size_t k = 0; k < sizeof step_deg / sizeof step_deg[0]; k++) {
@@ -209,7 +200,6 @@ static void neighbours(bool quick, struct stable_found *f)
 static void shares(bool quick, struct stable_found *f)
 {
     static const double sd[] = {1e-6, 1e-3, 1, 30};
-
     (void)quick;
     f->naive = f->ours = 0;
     for (size_t k = 0; k < sizeof sd / sizeof sd[0]; k++) {
@@ -239,7 +229,6 @@ static double around_axis(double off, double cell, double sd)
 {
     const int n = 200;
     double sum = 0;
-
     for (int i = 0; i < n; i++)
         for (int k = 0; k < n; k++) {
             const double az = cell * ((i + 0.5) / n - 0.5), el = off + cell * ((k + 0.5) / n - 0.5);
@@ -255,7 +244,6 @@ static void at_the_pole(bool quick, struct stable_found *f)
     const double sd = geo_rad(2), cell = geo_rad(1), half = sd * 1.1774100225154747, pole = geo_rad(0.7);
     const struct spread s = spread_of(0.03, half, half, 2, &(struct spread_cell){0.05, cell, cell}, false);
     const double axis = around_axis(0, cell, sd);
-
     (void)quick;
     f->naive = f->ours = 0;
     for (double off = 0; off < 2 * sd; off += sd / 8) {
@@ -275,7 +263,6 @@ static void coarse_and_fine(bool quick, struct stable_found *f)
     const struct layers_conf fine = {.r_min_m = 0.5, .r_max_m = 100, .dr_m = dr, .growth = g};
     const struct layers_conf coarse = {.r_min_m = 0.5, .r_max_m = 100, .dr_m = dr * (1 + g) / g, .growth = g * g};
     double sum = 0.5, thick = dr;
-
     (void)quick;
     f->naive = f->ours = 0;
     for (uint32_t i = 1; 2 * i <= layers_count(&fine); i++) {

@@ -22,7 +22,6 @@ static uint8_t mask[CELLS];
 static struct cfar plain(int detector, double alpha)
 {
     const uint64_t q16 = (uint64_t)(alpha * 65536);
-
     return (struct cfar){.detector = (enum cfar_detector)detector,
                          .n_side = SIDE,
                          .guard = GUARD,
@@ -34,7 +33,6 @@ static struct cfar plain(int detector, double alpha)
 static unsigned run(const struct cfar *cfar, uint32_t n)
 {
     unsigned hits = 0;
-
     cfar_run(cfar, &(struct cfar_profile){.x = x, .n = n, .work = work}, mask);
     for (uint32_t i = 0; i < n; i++)
         hits += mask[i];
@@ -45,7 +43,6 @@ static unsigned run(const struct cfar *cfar, uint32_t n)
 static unsigned naive_hits(double alpha, uint32_t n)
 {
     unsigned hits = 0;
-
     for (int64_t i = 0; i < (int64_t)n; i++) {
         double sum = 0, cells = 0;
         for (int64_t k = i - GUARD - SIDE; k <= i + GUARD + SIDE; k++)
@@ -84,7 +81,6 @@ static double claims_of_saturated(void)
     struct beam_echoes found;
     uint8_t counts[500];
     struct fault fault;
-
     memset(counts, 255, sizeof counts);
     extract_defaults(&conf);
     void *memory = stable_memory(extract_size(500));
@@ -132,7 +128,6 @@ static bool by_hand(const struct cfar *c, int64_t n, int64_t i)
 {
     uint64_t sum = 0; /* of cells that fill to CFAR_MAX_SUM at most */
     uint64_t cells = 0;
-
     for (int64_t k = 0; k < n; k++)
         if (llabs(k - i) > c->guard && llabs(k - i) <= (int64_t)c->guard + c->n_side) {
             sum += x[k];
@@ -145,7 +140,6 @@ static bool by_hand(const struct cfar *c, int64_t n, int64_t i)
 static double off_by_hand(const struct cfar *cfar, uint32_t n)
 {
     double off = 0;
-
     memset(mask, 0xff, sizeof mask);
     cfar_run(cfar, &(struct cfar_profile){.x = x, .n = n, .work = work}, mask);
     for (uint32_t i = 0; i < n; i++)
@@ -159,7 +153,6 @@ static void short_beams(uint32_t side, struct stable_found *f)
 {
     static const uint32_t length[] = {0, 1, 2, 2 * GUARD + 1, 2 * GUARD + 2, 2 * (SIDE + GUARD) + 1, 300};
     struct cfar cfar = plain(CFAR_CA, 3);
-
     cfar.n_side = side;
     f->naive = f->ours = 0;
     for (size_t k = 0; k < sizeof length / sizeof length[0]; k++) {
@@ -204,7 +197,6 @@ static long double one_cell_alpha(int detector, long double pfa)
 static void tiny_rates(bool quick, struct stable_found *f)
 {
     static const double rate[] = {0.5, 1e-3, 1e-6, 1e-12, 1e-30, 1e-100, 1e-300};
-
     (void)quick;
     f->naive = f->ours = 0;
     for (size_t k = 0; k < sizeof rate / sizeof rate[0]; k++)
@@ -242,7 +234,6 @@ static double wrong_float_sums(uint32_t n)
 {
     double wrong = 0;
     float sum = 0;
-
     for (uint32_t i = 0; i < n; i++) {
         uint64_t want = 0;
         sum += (float)x[i];
@@ -259,7 +250,6 @@ static void after_a_loud_cell(bool quick, struct stable_found *f)
 {
     const uint32_t n = 1000;
     const struct cfar cfar = plain(CFAR_CA, 3);
-
     (void)quick;
     for (uint32_t i = 0; i < n; i++)
         x[i] = i == 20 ? 100000000 : i % 2 + 1;
@@ -275,7 +265,6 @@ static void random_cells(bool quick, struct stable_found *f)
 {
     struct dice dice = dice_of(9, 0);
     const struct cfar cfar = plain(CFAR_CA, 3);
-
     f->naive = f->ours = 0;
     for (unsigned cells = 0; cells < (quick ? 50000u : 1000000u); cells += 1000) {
         for (unsigned i = 0; i < 1000; i++)
@@ -308,7 +297,6 @@ static void wrong_law(bool quick, struct stable_found *f)
     struct dice dice = dice_of(11, 0);
     uint8_t counts[400];
     struct fault fault;
-
     (void)quick;
     extract_defaults(&conf);
     void *memory = stable_memory(extract_size(400));
@@ -342,7 +330,6 @@ static void wrong_law(bool quick, struct stable_found *f)
 static void integer_limit(bool quick, struct stable_found *f)
 {
     const struct cfar cfar = plain(CFAR_CA, 16777216.0); /* alpha_q16 is 2^40, a sum 2^45 */
-
     (void)quick;
     fill((uint64_t)1 << 41, 40);
     x[20] = (uint64_t)1 << 50;

@@ -19,7 +19,6 @@ static void noise(bool quick, struct stable_found *f)
     struct sphere_conf conf = stable_sphere_usual;
     struct dice dice = dice_of(10, 0);
     struct sphere_stats st;
-
     conf.max_cells = 512;
     struct stable_sphere s = stable_sphere(&conf);
     const int pings = quick ? 3000 : 100000;
@@ -47,7 +46,6 @@ static void million_echoes(bool quick, struct stable_found *f)
     struct stable_sphere s = stable_sphere(&stable_sphere_usual);
     const int n = quick ? 20000 : 1000000;
     float sum = 0;
-
     for (int i = 0; i < n; i++) {
         s.t_ns += 1000;
         stable_ping(&s, 0.5, 10.1, 0);
@@ -73,7 +71,6 @@ static void billion_hits(bool quick, struct stable_found *f)
     const int n = quick ? 20000 : 2000000;
     double after = 0;
     bool moved = false;
-
     for (int i = 0; i < n; i++) {
         stable_ping(&s, 0.5, 5, 0);
         if (i == 100)
@@ -94,7 +91,6 @@ static void billion_hits(bool quick, struct stable_found *f)
 static void fading(bool quick, struct stable_found *f)
 {
     struct dice dice = dice_of(13, 0);
-
     f->naive = f->ours = 0;
     for (int decade = -9; decade <= 9; decade += 3) {
         struct sphere_conf conf = stable_sphere_usual;
@@ -132,7 +128,6 @@ static void fading(bool quick, struct stable_found *f)
 static void backward(bool quick, struct stable_found *f)
 {
     struct stable_sphere s = stable_sphere(&stable_sphere_usual);
-
     (void)quick;
     s.t_ns = 10000 * STABLE_SECOND;
     stable_ping(&s, 0.5, 5, 0);
@@ -156,7 +151,6 @@ static void small_steps(bool quick, struct stable_found *f)
     float kept = 6;
     const int n = quick ? 100000 : 1000000;
     const double step_m = 1.0 / n;
-
     s.pose.has = POSE_ATTITUDE | POSE_POSITION;
     stable_ping(&s, 0.5, 6, 0);
     const struct sphere_cell a = stable_cell(&s, 0.5);
@@ -184,7 +178,6 @@ static void small_turns(bool quick, struct stable_found *f)
     struct stable_sphere s = stable_sphere(&stable_sphere_usual);
     const int n = quick ? 10000 : 1000000;
     float x = 6, y = 0;
-
     s.pose.has = POSE_ATTITUDE | POSE_POSITION;
     stable_ping(&s, 0.5, 6, 0);
     const struct sphere_cell a = stable_cell(&s, 0.5);
@@ -207,7 +200,6 @@ static void small_turns(bool quick, struct stable_found *f)
 static void far_away(bool quick, struct stable_found *f)
 {
     double point[2][8][3];
-
     (void)quick;
     f->naive = f->ours = 0;
     for (int far = 0; far < 2; far++) {
@@ -236,7 +228,6 @@ static void denormals(bool quick, struct stable_found *f)
 {
     struct sphere_conf conf = stable_sphere_usual;
     float kept = 0;
-
     (void)quick;
     conf.forget_s = 1;
     struct stable_sphere s = stable_sphere(&conf);

@@ -18,7 +18,6 @@
 static float naive_otsu(const uint64_t count[256], float *best)
 {
     float n = 0, sum = 0, w0 = 0, s0 = 0, most = -1, at = 0;
-
     for (int v = 0; v < 256; v++) {
         n += (float)count[v];
         sum += (float)v * (float)count[v];
@@ -62,7 +61,6 @@ static void two_maxima(bool quick, struct stable_found *f)
     uint64_t count[256] = {0};
     uint8_t t = 255;
     float most;
-
     (void)quick;
     f->naive = f->ours = 0;
     for (unsigned step = 1; step < 128; step++) {
@@ -76,7 +74,6 @@ static void two_maxima(bool quick, struct stable_found *f)
 static void scaled_counts(bool quick, struct stable_found *f)
 {
     struct dice dice = dice_of(3, 0);
-
     (void)quick;
     f->naive = f->ours = 0;
     for (int k = 0; k < 200; k++) {
@@ -124,7 +121,6 @@ static void three_by_hand(const uint64_t count[256], long double zero_weight, ui
 static void a_million_zeros(bool quick, struct stable_found *f)
 {
     struct dice dice = dice_of(4, 0);
-
     f->naive = f->ours = 0;
     for (int k = 0; k < (quick ? 3 : 30); k++) {
         uint64_t count[256] = {1000000};
@@ -149,7 +145,6 @@ static void flat_images(bool quick, struct stable_found *f)
 {
     static const uint8_t level[] = {0, 1, 77, 254, 255};
     static const uint32_t clip[] = {0, 1, 200, CLAHE_MAX_CLIP};
-
     (void)quick;
     f->ours = 0;
     for (size_t l = 0; l < sizeof level; l++)
@@ -179,7 +174,6 @@ static double unlike_mirrored(bool corner)
 {
     const struct clahe_grid g = {ROWS, COLUMNS, 4, 4, 200, corner, false, false};
     double unlike = 0;
-
     clahe_image(&g, image, tables, filtered);
     mirror(image, turned);
     clahe_image(&g, turned, tables, back);
@@ -192,7 +186,6 @@ static double unlike_mirrored(bool corner)
 static void mirrored_images(bool quick, struct stable_found *f)
 {
     struct dice dice = dice_of(6, 0);
-
     (void)quick;
     for (size_t i = 0; i < sizeof image; i++)
         image[i] = (uint8_t)(dice_bits(&dice) % 200 * (i % 7) / 7);
@@ -204,7 +197,6 @@ static void small_medians(bool quick, struct stable_found *f)
 {
     static uint8_t bin[5] = {9, 200, 9, 9, 9}, out[8];
     void *work = stable_memory(median_work_size(5));
-
     (void)quick;
     f->naive = f->ours = 0;
     for (unsigned k = 3; k <= 5; k += 2)
@@ -234,7 +226,6 @@ static void reversing_scan(bool quick, struct stable_found *f)
     static struct polar polar;
     static uint32_t last_step;
     uint32_t u = 1000, t = 0;
-
     (void)quick;
     f->naive = f->ours = 0;
     polar_init(&polar);
@@ -316,7 +307,6 @@ static uint8_t learnt_of(const uint8_t *frame, uint32_t k)
                         .samples = samples};
     const struct background_learn_conf conf = {.pings = k, .standing = true};
     struct background_shape shape;
-
     if (!background_shape_of(&ping, &shape))
         return 0;
     struct background_learn *learn =

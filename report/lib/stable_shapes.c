@@ -21,7 +21,6 @@ static struct components components;
 static uint32_t count(void)
 {
     uint32_t n = 0;
-
     COMPONENTS_EACH(&components, root)
     n++;
     return n;
@@ -33,7 +32,6 @@ static uint32_t count_by_hand(const uint8_t *in, bool round)
     static uint32_t stack[ROOM];
     static uint8_t left[ROOM];
     uint32_t n = 0;
-
     memcpy(left, in, rings.n * LAYERS);
     for (uint32_t start = 0; start < rings.n * LAYERS; start++) {
         if (!left[start])
@@ -73,7 +71,6 @@ static void changes(bool quick, struct stable_found *f)
     static uint8_t in[ROOM];
     struct dice dice = dice_of(19, 0);
     const int steps = quick ? 2000 : 100000;
-
     rings_full(&rings, geo_rad(20));
     void *memory = stable_memory(components_bytes(ROOM));
     components_init(&components, memory, &rings, ROOM);
@@ -108,7 +105,6 @@ static void changes(bool quick, struct stable_found *f)
 static uint32_t chained(const double *range_m, uint32_t n, double window_m)
 {
     uint32_t regions = 0, length = 0;
-
     for (uint32_t i = 0; i <= n; i++) {
         if (i < n && isfinite(range_m[i]) && (length == 0 || fabs(range_m[i] - range_m[i - 1]) <= window_m)) {
             length++;
@@ -125,7 +121,6 @@ static void depths(bool quick, struct stable_found *f)
     static double range_m[400];
     struct depth_region region[64];
     uint32_t n;
-
     (void)quick;
     for (int i = 0; i < 400; i++)
         range_m[i] = 3;
@@ -152,7 +147,6 @@ static void lines(bool quick, struct stable_found *f)
     static struct tangent_point p[100];
     static uint32_t of[100];
     struct wall wall[8];
-
     (void)quick;
     f->naive = f->ours = 0;
     for (int sign = -1; sign <= 1; sign++) {

@@ -12,7 +12,6 @@
 void *stable_memory(size_t n)
 {
     void *memory = n ? aligned_alloc(64, (n + 63) / 64 * 64) : NULL;
-
     if (!memory) {
         fprintf(stderr, "no memory\n");
         exit(1);
@@ -34,7 +33,6 @@ struct stable_sphere stable_sphere(const struct sphere_conf *conf)
 {
     struct fault fault = {""};
     void *memory = stable_memory(sphere_bytes(conf, &fault));
-
     return (struct stable_sphere){
         .sphere = sphere_init(memory, conf), .pose = pose_identity, .t_ns = 1000 * STABLE_SECOND};
 }
@@ -43,7 +41,6 @@ void stable_ping(struct stable_sphere *s, double az_deg, double range_m, double 
 {
     struct beam_echoes beam = {
         .az_rad = (float)geo_rad(az_deg), .blind_m = 0.3f, .free_to_m = (float)free_m, .state = BEAM_SILENT};
-
     if (range_m > 0) {
         beam.state = BEAM_ECHO;
         beam.n = 1;
@@ -70,7 +67,6 @@ uint32_t stable_direction(struct stable_sphere *s, double az_deg)
 struct sphere_cell stable_cell(struct stable_sphere *s, double az_deg)
 {
     struct sphere_cell c = {0};
-
     sphere_cell(s->sphere, stable_direction(s, az_deg), 0, s->t_ns, &c);
     return c;
 }

@@ -63,7 +63,6 @@ static void slerp_by_hand(const double a[4], const double b[4], double t, long d
 static void slerps(bool quick, struct stable_found *f)
 {
     static const double turn[] = {0, 1e-310, 1e-15, 1e-8, 1e-4, 0.1, 1, 3, GEO_PI - 1e-9};
-
     (void)quick;
     f->naive = f->ours = 0;
     for (size_t i = 0; i < sizeof turn / sizeof turn[0]; i++)
@@ -86,7 +85,6 @@ static void slerps(bool quick, struct stable_found *f)
 static void put(struct pose_log *log, uint64_t t_ms, double north)
 {
     struct pose p = pose_identity;
-
     p.t_ns = t_ms * MS;
     p.has = POSE_POSITION | POSE_DEPTH | POSE_ATTITUDE;
     p.position_m[0] = north;
@@ -127,7 +125,6 @@ static void device_clocks(bool quick, struct stable_found *f)
 {
     static const uint64_t wrap[] = {UINT64_C(1) << 32, 86400000, 65536};
     static struct clock_map map;
-
     (void)quick;
     f->naive = f->ours = 0;
     for (int w = 0; w < 3; w++) {
@@ -153,7 +150,6 @@ static void drifts(bool quick, struct stable_found *f)
     static struct clock_map map;
     static const double ppm[] = {0, 50, -400, 400};
     struct dice dice = dice_of(5, 0);
-
     (void)quick;
     f->naive = f->ours = 0;
     for (int k = 0; k < 4; k++) {
@@ -182,7 +178,6 @@ static void depths(bool quick, struct stable_found *f)
     const struct conf_depth conf = {
         .scale = 1, .unit = CONF_UNIT_DBAR, .surface_pa = 101325, .plausible_m = {-1, 300}, .speed_limit_mps = 3};
     static const double bad[] = {-5, -1e9, NAN, INFINITY, -INFINITY, 1e5, 1e300};
-
     (void)quick;
     f->naive = f->ours = 0;
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {

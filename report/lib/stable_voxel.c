@@ -39,7 +39,6 @@ static void take(void *context, const struct cast_spans *s)
 static double off_definition(const struct cast_beam *b, const struct lattice_box *box)
 {
     double off = 0;
-
     memset(hits, 0, sizeof hits);
     cells_outside = 0;
     cast_run(b, box, take, NULL);
@@ -57,7 +56,6 @@ static double off_by_rays(const struct cast_beam *b, const struct lattice_box *b
     const struct cast_opening *o = b->opening;
     const int wide = 1 + (int)(o->half_az_rad * b->far), high = 1 + (int)(o->half_el_rad * b->far);
     double off = 0;
-
     memset(hits, 0, sizeof hits);
     for (int u = -wide; u <= wide; u++)
         for (int v = -high; v <= high; v++) {
@@ -90,7 +88,6 @@ static struct cast_opening opening(enum cast_shape shape, double az_deg, double 
 {
     struct cast_opening o;
     struct fault fault;
-
     if (!cast_opening_init(&o, shape, geo_rad(az_deg) / 2, geo_rad(el_deg) / 2, 0, &fault))
         memset(&o, 0, sizeof o);
     return o;
@@ -102,7 +99,6 @@ static void senseless_ranges(bool quick, struct stable_found *f)
     const struct cast_opening o = opening(CAST_WEDGE, 3, 35);
     const struct lattice_place apex = {{HERE, HERE, HERE}, {0.5, 0.5, 0.5}};
     struct cast_beam b;
-
     (void)quick;
     f->naive = f->ours = 0;
     for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
@@ -119,7 +115,6 @@ static void senseless_ranges(bool quick, struct stable_found *f)
 static void apertures(bool quick, struct stable_found *f)
 {
     static const double az[] = {0.1, 1, 3, 35, 90, 179.9, 180, 270, 359.9, 360}, el[] = {35, 100, 180};
-
     f->naive = f->ours = 0;
     for (size_t a = 0; a < sizeof az / sizeof az[0]; a++)
         for (size_t e = 0; e < sizeof el / sizeof el[0]; e++)
@@ -138,7 +133,6 @@ static void apertures(bool quick, struct stable_found *f)
 static void along_axes(bool quick, struct stable_found *f)
 {
     static const double way[6][2] = {{0, 0}, {90, 0}, {180, 0}, {270, 0}, {0, 90}, {0, -90}};
-
     f->naive = f->ours = 0;
     for (int w = 0; w < 6; w++)
         for (int at = 0; at < 27; at += quick ? 13 : 1) {
@@ -183,7 +177,6 @@ static struct voxmap_setting setting(void)
 static void keep(struct kept *k, const struct voxmap_setting *s)
 {
     struct fault fault;
-
     k->memory = stable_memory(voxmap_bytes(s, &fault));
     voxmap_init(&k->map, s, k->memory);
 }
@@ -199,7 +192,6 @@ static void ping(struct kept *k, const double at[3], double az_rad, double range
                              .pose = {.attitude = {1, 0, 0, 0},
                                       .position_m = {at[0], at[1], at[2]},
                                       .has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH}};
-
     if (echo) {
         beam.state = BEAM_ECHO;
         beam.n = 1;
@@ -214,7 +206,6 @@ static void same_beam(bool quick, struct stable_found *f)
     const struct voxmap_setting s = setting();
     struct kept k;
     uint8_t wraps = 0;
-
     (void)quick;
     keep(&k, &s);
     for (int n = 0; n < 300; n++, wraps++)
@@ -231,7 +222,6 @@ static void shifted(bool quick, struct stable_found *f)
     static uint8_t state[2][SIDE * SIDE * SIDE];
     const struct voxmap_setting s = setting();
     struct dice dice;
-
     (void)quick;
     f->naive = f->ours = 0;
     for (int far = 0; far < 2; far++) {
@@ -260,7 +250,6 @@ static void shifted(bool quick, struct stable_found *f)
 static void clipped(bool quick, struct stable_found *f)
 {
     struct dice dice = dice_of(6, 0);
-
     f->naive = f->ours = 0;
     for (int n = 0; n < (quick ? 20 : 300); n++) {
         const struct cast_opening o = opening((enum cast_shape)(n % 3), 1 + 60 * dice_uniform(&dice), 35);
@@ -292,7 +281,6 @@ static double frontier_off(const int64_t size[3], int64_t top, bool hole, double
     struct voxmask mask;
     struct frontier frontier;
     int64_t c[3], want = 0, got = 0, within_words = 0;
-
     s.height = 320;
     keep(&k, &s);
     void *memory[2] = {stable_memory(voxmask_bytes(1024)), stable_memory(frontier_bytes(1024))};
@@ -335,7 +323,6 @@ static double frontier_off(const int64_t size[3], int64_t top, bool hole, double
 static void long_rows(bool quick, struct stable_found *f)
 {
     static const int64_t length[] = {1, 2, 3, 63, 64, 65, 128};
-
     (void)quick;
     f->naive = f->ours = 0;
     for (size_t l = 0; l < sizeof length / sizeof length[0]; l++)
@@ -346,7 +333,6 @@ static void long_rows(bool quick, struct stable_found *f)
 static void odd_shapes(bool quick, struct stable_found *f)
 {
     static const int64_t size[][3] = {{0, 0, 0}, {1, 1, 1}, {20, 20, 1}, {1, 20, 20}, {7, 7, 7}};
-
     (void)quick;
     f->naive = f->ours = 0;
     for (size_t i = 0; i < sizeof size / sizeof size[0]; i++)
@@ -360,7 +346,6 @@ static void odd_shapes(bool quick, struct stable_found *f)
 static void merged(bool quick, struct stable_found *f)
 {
     static uint32_t sum[3][SIDE * SIDE * SIDE];
-
     (void)quick;
     f->naive = f->ours = 0;
     for (int n = 0; n < 3; n++) {
@@ -397,7 +382,6 @@ static void turned(bool quick, struct stable_found *f)
     const double h = s.voxel_m, to[3] = {1.05 * 1.25, -0.95 * 1.25, 0.35 * 1.25};
     double q[4];
     struct kept k;
-
     (void)quick;
     keep(&k, &s);
     ping(&k, (const double[3]){0, 0, 0}, 0, 0.2, false);
@@ -445,7 +429,6 @@ static void behind_walls(bool quick, struct stable_found *f)
     struct dive *dive = dive_make(world_named("box tank"), quick ? 2 : 6, false, 0.15, DIVE_TRUTH);
     struct chart *ours = chart_make(dive->world, &set), *naive = chart_make(dive->world, &set);
     double deepest, free_m3;
-
     for (size_t i = 0; i < dive->n; i++) {
         const struct dive_look *look = &dive->look[i];
         const double axis_m = world_ray(dive->world, look->at, look->axis[0], DIVE_RANGE_M, look->t_s);
@@ -463,7 +446,6 @@ static void silence(bool quick, struct stable_found *f)
 {
     const struct voxmap_setting s = setting();
     struct kept k;
-
     (void)quick;
     keep(&k, &s);
     for (int n = 0; n < 400; n++) /* nothing heard in any beam: 1 m is what is claimed */

@@ -25,7 +25,6 @@
 static double senseless(const struct beam_echoes *b)
 {
     double n = !isfinite(b->blind_m) + !isfinite(b->free_to_m) + (b->n > ECHOES_PER_BEAM);
-
     for (int k = 0; k < b->n && k < ECHOES_PER_BEAM; k++)
         n += !isfinite(b->echo[k].range_m) + !isfinite(b->echo[k].sd_m) + !(b->echo[k].confidence <= 1) +
              (k > 0 && b->echo[k].range_m < b->echo[k - 1].range_m);
@@ -84,7 +83,6 @@ static void everything(bool quick, struct stable_found *f)
     const struct answer_now now = {.now_ns = s.t_ns, .pose_fresh = true, .pose = s.pose};
     struct extract_conf conf;
     struct fault fault;
-
     extract_defaults(&conf);
     void *memory = stable_memory(extract_size(2000));
     struct extract *extract = extract_init(memory, &conf, 2000, &fault);
@@ -190,7 +188,6 @@ static void stiff_day(bool quick, struct stable_found *f)
 static double cpu_ms(void)
 {
     struct timespec t;
-
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
     return (double)t.tv_sec * 1e3 + (double)t.tv_nsec * 1e-6;
 }
@@ -209,7 +206,6 @@ static void worst_beam(bool quick, struct stable_found *f)
     struct cast_beam beam;
     struct fault fault;
     const struct lattice_place origin = {{0, 0, 0}, {0.5, 0.5, 0.5}};
-
     extract_defaults(&conf);
     void *memory[3] = {stable_memory(extract_size(1000)), stable_memory(tiles_bytes(256, 128, 1)),
                        stable_memory(submap_bytes(16, 128))};
@@ -274,7 +270,6 @@ static void billion_updates(bool quick, struct stable_found *f)
     const int n = quick ? 100000 : 2000000;
     int moved = 0;
     float counted = 1; /* naive: counts in float; where does one that counts stand still? */
-
     for (int i = 0; i < n; i++) {
         s.t_ns += STABLE_SECOND / 25;
         stable_ping(&s, 0.5, 5, 0);
@@ -297,7 +292,6 @@ static void a_year(bool quick, struct stable_found *f)
     struct stable_sphere s = stable_sphere(&stable_sphere_usual);
     const uint64_t year_ns = UINT64_C(31557600) * STABLE_SECOND, step_ns = (quick ? 1000 : 10) * STABLE_SECOND;
     struct sphere_cell first, last;
-
     for (int n = 0; n < 10; n++) {
         s.t_ns += STABLE_SECOND;
         stable_ping(&s, 20, 6, 0);
@@ -328,7 +322,6 @@ static void a_clock_for_a_year(bool quick, struct stable_found *f)
     static struct clock_map map;
     const uint64_t n = quick ? 20000 : 3155760;
     const double step_s = 31557600.0 / (double)n;
-
     clock_map_init(&map, UINT64_C(1) << 32, 1000000);
     f->derived = true;
     f->naive = 31557600 * 25e-6 * 1e3;
@@ -352,7 +345,6 @@ static void a_year_at_anchor(bool quick, struct stable_found *f)
     struct pose p = pose_identity;
     const int n = quick ? 20000 : 31557600;
     double depth_m = 10;
-
     pose_log_init(&log, 2 * STABLE_SECOND);
     f->naive = 0;
     for (int i = 0; i < n; i++) {

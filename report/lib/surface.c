@@ -13,7 +13,6 @@ double surface_to_marked(const struct lattice_box *box, const uint8_t *mark, dou
 {
     const int32_t most = (int32_t)(SURFACE_SEARCH_M / voxel_m);
     double best = SURFACE_SEARCH_M;
-
     for (int32_t shell = 0; shell <= most && (shell - 1) * voxel_m < best; shell++)
         for (int32_t i = -shell; i <= shell; i++)
             for (int32_t j = -shell; j <= shell; j++)
@@ -34,7 +33,6 @@ double surface_to_marked(const struct lattice_box *box, const uint8_t *mark, dou
 struct surface_spread surface_spread_of(double *d, size_t n)
 {
     double sum = 0;
-
     for (size_t i = 0; i < n; i++)
         sum += d[i];
     cost_sort(d, (unsigned)n);

@@ -28,7 +28,6 @@ static void count_free(struct verdict *v, const struct drawn_sound *s, unsigned 
     const struct drawn_truth *truth = &s->truth[beam];
     const double cell_m = s->world.range_m / HEARABLE_CELLS;
     const bool moving = is_moving(s);
-
     for (int k = 0; k < HEARABLE_CELLS && (k + 1) * cell_m <= truth->solid_m; k++) {
         const double middle_m = (k + 0.5) * cell_m;
         const bool said = verdict_claims(b, middle_m) && (double)b->blind_m <= middle_m;
@@ -63,7 +62,6 @@ static bool is_rising(const struct drawn_sound *s, unsigned beam, unsigned k)
 {
     const struct drawn_truth *truth = &s->truth[beam];
     const double shown = drawn_power_above(&s->world, RISE_COUNT - 1);
-
     return s->world.target[k].class == DRAWN_WALL && truth->rise_m[k] > RISE_M &&
            truth->peak[k] > RISE * fmax(truth->before[k], shown);
 }
@@ -74,7 +72,6 @@ static void count_echoes(struct verdict *v, const struct drawn_sound *s, unsigne
     const struct drawn_truth *truth = &s->truth[beam];
     const int unmarked = first_unmarked(b);
     int nearest = -1;
-
     if (b->n > 0 && is_of_nothing(s, beam, &b->echo[0]))
         v->nothing[drawn_sound_cause(s, beam, (double)b->echo[0].range_m)]++;
     v->nothing_unmarked += unmarked >= 0 && is_of_nothing(s, beam, &b->echo[unmarked]);
@@ -107,7 +104,6 @@ static void count_sector(struct verdict_sectors *x, const struct drawn_sound *s,
 {
     const unsigned sector = (unsigned)(geo_wrap((double)b->az_rad) / GEO_TURN * VERDICT_SECTORS) % VERDICT_SECTORS;
     const int k = first_unmarked(b);
-
     x->looked[sector] = true;
     x->blocked[sector] |= k >= 0 && is_of_nothing(s, beam, &b->echo[k]) &&
                           drawn_sound_cause(s, beam, (double)b->echo[k].range_m) == CAUSE_OTHER_SONAR;
@@ -117,7 +113,6 @@ void verdict_beam(struct verdict *v, struct verdict_sectors *sectors, const stru
                   const struct beam_echoes *found)
 {
     const struct drawn_truth *truth = &s->truth[beam];
-
     v->beams++;
     for (int c = 0; c < DRAWN_CLASSES; c++)
         v->past[c] += verdict_claims(found, truth->hearable.target_m[c] + VERDICT_PAST_M);
@@ -134,7 +129,6 @@ void verdict_beam(struct verdict *v, struct verdict_sectors *sectors, const stru
 void verdict_world(struct verdict *v, const struct verdict_sectors *sectors, const struct verdict *before)
 {
     const double free_m = v->free_m[0][DRAWN_WALL] - before->free_m[0][DRAWN_WALL];
-
     v->worlds += free_m > 0.0;
     v->worlds_free += free_m > 0.0 && v->said_m[0][DRAWN_WALL] - before->said_m[0][DRAWN_WALL] >= ENOUGH * free_m;
     for (int i = 0; i < VERDICT_SECTORS; i++) {
@@ -181,7 +175,6 @@ static double share(double part, double whole)
 static double nothing_at_all(const struct verdict *v)
 {
     uint64_t n = 0;
-
     for (int c = 0; c < CAUSES; c++)
         n += c == CAUSE_OTHER_SONAR || c == CAUSE_SIDE_LOBE ? 0 : v->nothing[c];
     return (double)n;

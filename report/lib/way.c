@@ -75,7 +75,6 @@ static void record_ping(struct way *way, unsigned seed, const double place_m[3],
 static void record_truth(struct way *way, const double place_m[3], double heading_rad, uint64_t t_ns)
 {
     double *wall_m = way->ask[way->asks].wall_m;
-
     way->ask[way->asks++].t_ns = t_ns;
     for (int s = 0; s < WAY_SECTORS; s++) {
         wall_m[s] = INFINITY;
@@ -93,7 +92,6 @@ static void record_truth(struct way *way, const double place_m[3], double headin
 static void record_points(struct way *way, const double end_m[3], unsigned seed)
 {
     struct dice dice = dice_of(seed, 77);
-
     for (unsigned i = 0; i < WAY_POINTS; i++) {
         const double share = dice_uniform(&dice), az = GEO_TURN * dice_uniform(&dice), r = 8 * dice_uniform(&dice);
         way->point_m[i][0] = share * end_m[0] + r * cos(az);
@@ -107,7 +105,6 @@ void way_record(struct way *way, unsigned seed, unsigned pings)
     struct pilot_vehicle v = {.place_m = {0, 0, 0}};
     struct pilot_instruments instruments;
     uint64_t pose_ns = BEGIN_NS;
-
     memset(way, 0, sizeof *way);
     pilot_world_draw(&way->world, seed % 2 ? PILOT_HARBOUR : PILOT_BASIN, seed, &pilot_hull, 1);
     pilot_instruments_init(&instruments, 0.5, dice_of(seed, 9));
@@ -147,7 +144,6 @@ static void start(struct methods_env *d, const struct conf *conf)
     struct pipeline_conf p;
     struct pose_drift unseen;
     struct fault fault = {""};
-
     memset(d, 0, sizeof *d);
     d->conf = *conf;
     d->replay = true;
@@ -169,7 +165,6 @@ static void start(struct methods_env *d, const struct conf *conf)
 static struct ping ping_of(const struct way_ping *heard)
 {
     struct ping ping = heard->ping;
-
     ping.beam = (struct ping_beam *)&heard->beam;
     ping.samples = (uint8_t *)heard->samples;
     return ping;
@@ -189,7 +184,6 @@ static struct background *template_of(const struct way *way, const struct conf_b
     struct background_shape shape;
     struct background_kept kept;
     struct ping ping = ping_of(&way->ping[0]);
-
     if (!background_shape_of(&ping, &shape))
         give_up("no shape of a template");
     struct background_learn *learn =
@@ -212,7 +206,6 @@ __attribute__((noinline)) void way_enter(struct pipeline *pipeline, const struct
 {
     struct ping *ping = pipeline_begin(pipeline);
     struct ping now = heard->ping;
-
     now.max_beams = ping->max_beams;
     now.max_samples = ping->max_samples;
     now.beam = ping->beam;
@@ -229,7 +222,6 @@ static void judge_sectors(const struct methods_env *d, const double *wall_m, str
     static struct answer said[WAY_SECTORS];
     const struct answer_conf limits = grid_limits(pipeline_grid(d->pipeline, 0));
     const struct answer_now now = query_now(d);
-
     answer_sectors(pipeline_picture(d->pipeline), &limits, &now,
                    &(struct answer_band){.lo_rad = -geo_rad(5),
                                          .hi_rad = geo_rad(5),
@@ -264,7 +256,6 @@ static double ask_limit(struct methods_env *d, double azimuth_rad)
 {
     const struct rpc_call call = {.daemon = d, .now_ns = loop_now(d->loop)};
     char line[200], *text = NULL;
-
     snprintf(line, sizeof line,
              "{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"limit\",\"params\":{\"velocity_mps\":[%.9f,%.9f,0]}}",
              WANTED_MPS * cos(azimuth_rad), WANTED_MPS * sin(azimuth_rad));
@@ -293,7 +284,6 @@ static void judge_limits(struct methods_env *d, const double *wall_m, struct way
 static double processor_ns(void)
 {
     struct timespec t;
-
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
     return 1e9 * (double)t.tv_sec + (double)t.tv_nsec;
 }
@@ -307,7 +297,6 @@ static void judge_map(void *ctx, struct pipeline_map *map)
 {
     const struct asking *a = ctx;
     const struct pilot_hull point = {0, 0};
-
     for (unsigned i = 0; i < WAY_POINTS; i++) {
         struct free_answer answer;
         const bool solid = pilot_world_clearance(&a->way->world, a->way->point_m[i], &point, 0) < 0;
@@ -324,7 +313,6 @@ void way_run(const struct way *way, const struct conf *conf, bool learn, struct 
     static uint8_t level[WAY_BINS], blind[WAY_BINS];
     struct background *template = learn && way->learnt ? template_of(way, &conf->background) : NULL;
     unsigned pose = 0, ask = 0;
-
     start(&d, conf);
     if (template) {
         struct background_job job = {.call = {.extracts = true, .pipeline = d.pipeline},

@@ -204,7 +204,6 @@ static double between(struct dice *dice, double low, double high)
 static void lean(struct dice *dice, double low_deg, double high_deg, double *sine, double *cosine)
 {
     const double rad = between(dice, low_deg, high_deg) * 3.14159265358979 / 180;
-
     *sine = sin(rad);
     *cosine = cos(rad);
 }
@@ -214,7 +213,6 @@ static void draw_shaft(struct dice *dice, struct world *w)
     const double length_m = between(dice, 4, 9), width_m = between(dice, 3, 7), height_m = between(dice, 4, 9);
     const double from_m = between(dice, 0.2, 0.6) * height_m;
     double sine, cosine;
-
     lean(dice, 5, 35, &sine, &cosine);
     w->name = "drawn shaft";
     w->water[0] = (struct world_shape){.kind = WORLD_BOX,
@@ -231,7 +229,6 @@ static void draw_harbour(struct dice *dice, struct world *w)
     const double towards_rad = between(dice, 0, 6.283), quay_rad = between(dice, 0, 6.283);
     double sine, cosine;
     unsigned n = 0;
-
     lean(dice, 0, 35, &sine, &cosine);
     w->name = "drawn harbour";
     w->water[0] = (struct world_shape){.kind = WORLD_BOX, .p = {-FAR, -FAR, 0, FAR, FAR, between(dice, 4, 7)}};
@@ -271,7 +268,6 @@ struct world world_drawn(uint64_t seed)
 {
     struct dice dice = dice_of(seed, UINT64_MAX / 2);
     struct world w;
-
     do {
         w = (struct world){.low = {-10, -10, -3}, .high = {10, 10, 11}, .level_db = between(&dice, -9, 0)};
         if (seed % 2)
@@ -297,7 +293,6 @@ static void search(struct beam_search *s, double az, double el, double half_az, 
     const double in_beam[3] = {cos(az) * cos(el), sin(az) * cos(el), -sin(el)};
     const double spread = hypot(half_az, half_el);
     double d[3];
-
     for (int a = 0; a < 3; a++)
         d[a] = s->axis[0][a] * in_beam[0] + s->axis[1][a] * in_beam[1] + s->axis[2][a] * in_beam[2];
     for (;;) {

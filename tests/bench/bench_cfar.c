@@ -33,7 +33,6 @@ static volatile unsigned sink;
 static void make_beams(uint32_t n)
 {
     uint64_t seed = 1;
-
     for (int b = 0; b < BEAMS; b++)
         for (uint32_t i = 0; i < n; i++) {
             const double level = i > n / 2 && i < n / 2 + n / 50 ? 1e4 : 1.0;
@@ -47,7 +46,6 @@ static void make_beams(uint32_t n)
 static struct cfar detector(enum cfar_detector kind)
 {
     double alpha = 0;
-
     cfar_alpha(kind, SIDE, SIDE, RANK, 1e-4, &alpha);
     return (struct cfar){.detector = kind,
                          .edge = CFAR_FULL,
@@ -71,7 +69,6 @@ static uint64_t far_from[1 << 23], far_to[1 << 23]; /* 64 MiB each: no cache hol
 static void run_far_copy(enum cfar_detector unused, uint32_t n, int b)
 {
     static uint32_t at;
-
     (void)unused;
     (void)b;
     at = at + 2 * n <= sizeof far_to / sizeof far_to[0] ? at + n : 0;
@@ -91,7 +88,6 @@ static void run_cells(enum cfar_detector unused, uint32_t n, int b)
     const struct profile_axis axis = {.n = n, .dr = 0.02, .half = 2};
     static uint64_t bits[MAX_CELLS / PROFILE_BLOCK + 1];
     struct profile profile = {.axis = &axis, .cell = cells, .bits = bits};
-
     (void)unused;
     profile_sum(&profile, &law, counts[b], 8, sums);
     sink += (unsigned)cells[n / 2];
@@ -100,7 +96,6 @@ static void run_cells(enum cfar_detector unused, uint32_t n, int b)
 static void run_cfar(enum cfar_detector kind, uint32_t n, int b)
 {
     static struct cfar prepared[4];
-
     if (prepared[kind].n_side == 0)
         prepared[kind] = detector(kind);
     cfar_run(&prepared[kind], &(struct cfar_profile){.x = power[b], .n = n, .work = work}, mask);
@@ -111,7 +106,6 @@ static void run_cfar(enum cfar_detector kind, uint32_t n, int b)
 static void run_plain(enum cfar_detector kind, uint32_t n, int b)
 {
     static struct cfar prepared[4];
-
     if (prepared[kind].n_side == 0)
         prepared[kind] = detector(kind);
     const uint64_t *x = power[b], alpha = prepared[kind].alpha_q16;
@@ -143,7 +137,6 @@ static void run_plain(enum cfar_detector kind, uint32_t n, int b)
 static double measure(void (*run)(enum cfar_detector, uint32_t, int), enum cfar_detector kind, uint32_t n)
 {
     double ns[REPETITIONS];
-
     for (int r = 0; r < REPETITIONS; r++) {
         const double begin = now_ns();
         for (int b = 0; b < BEAMS; b++)
@@ -158,7 +151,6 @@ int main(void)
     static const char *const name[] = {"ca", "goca", "soca", "os"};
     static const uint32_t n[] = {200, 500, 1000, 1500};
     char heading[32];
-
     if (!amplitude_init(&law, AMPLITUDE_SQRT, 1, 0.0))
         return 1;
     printf("%-22s", "ns per cell, cells:");

@@ -33,7 +33,6 @@ static double uniform(uint64_t *state)
 static void make_beams(uint32_t n)
 {
     uint64_t seed = 1;
-
     for (int b = 0; b < TURN; b++)
         for (uint32_t i = 0; i < n; i++) {
             const double r_m = 20.0 * i / n, wall_m = 12.0 + 0.01 * b;
@@ -47,7 +46,6 @@ static void make_beams(uint32_t n)
 static double filter_alone(unsigned k, uint32_t n)
 {
     double ns[REPETITIONS];
-
     for (int r = 0; r < REPETITIONS; r++) {
         const double begin = now_ns();
         for (unsigned b = 0; b < TURN; b++) {
@@ -66,7 +64,6 @@ static double thresholds_alone(bool three, uint32_t n)
 {
     uint64_t count[256] = {0};
     double ns[REPETITIONS];
-
     for (int b = 0; b < TURN; b++)
         for (uint32_t i = 0; i < n; i++)
             count[samples[b][i]]++;
@@ -89,7 +86,6 @@ static double chain(const struct cleanup_conf *conf, uint32_t n)
     void *memory = malloc(cleanup_size(conf, MAX_BINS));
     struct cleanup *c = memory ? cleanup_init(memory, conf, &mount_identity, MAX_BINS, &fault) : NULL;
     double ns[REPETITIONS];
-
     if (!c) {
         printf("bench_cleanup: %s\n", fault.text);
         exit(1);

@@ -33,7 +33,7 @@
 static const uint8_t *echo(unsigned i)
 {
     static uint8_t samples[PING360_SAMPLES_MAX];
-    for (size_t k = 0; k < sizeof(samples); k++)
+    for (size_t k = 0; k < sizeof samples; k++)
         samples[k] = (uint8_t)(k * 31 + i * 17 + (k >> 3));
     return samples;
 }
@@ -79,7 +79,7 @@ static size_t surveyor_frame(unsigned i, uint8_t *out)
 static size_t micron_frame(unsigned i, uint8_t *out)
 {
     uint8_t payload[SEANET_DATA_AT + MICRON_BINS] = {0};
-    seanet_put_u16(payload, sizeof(payload));
+    seanet_put_u16(payload, sizeof payload);
     seanet_put_u16(payload + 5, MICRON_COMMON | MICRON_8_BIT | MICRON_CONTINUOUS);
     seanet_put_u16(payload + 20, 104);
     payload[26] = 16;
@@ -88,7 +88,7 @@ static size_t micron_frame(unsigned i, uint8_t *out)
     memcpy(payload + SEANET_DATA_AT, echo(i), MICRON_BINS);
     return seanet_build(out, FRAME_MAX,
                         (struct seanet_head){MICRON_NODE, SEANET_HOST, SEANET_HEAD_DATA, SEANET_LAST_PACKET},
-                        payload, sizeof(payload));
+                        payload, sizeof payload);
 }
 
 static size_t imagenex_frame(unsigned i, uint8_t *out)
@@ -209,7 +209,6 @@ static void measure(const struct row *row, double seconds)
     struct fault fault = {""};
     size_t n = 0;
     void *state = calloc(1, row->ops->state_size);
-
     if (!state || !row->ops->init(state, &conf, &fault)) {
         printf("%s: %s\n", row->ops->name, fault.text);
         exit(1);
@@ -248,7 +247,7 @@ static void measure_nmea(void)
     do {
         for (int i = 0; i < 1000; i++) {
             const uint8_t *bytes = (const uint8_t *)lines;
-            size_t n = sizeof(lines) - 1;
+            size_t n = sizeof lines - 1;
             struct nmea_value value;
             while (nmea_parser_next(&parser, &bytes, &n, &value))
                 sink = sink + value.has;
@@ -257,14 +256,14 @@ static void measure_nmea(void)
     } while (took_s < MEASURED_S);
     double values = (double)parser.counts.values;
     printf("%-12s %-18s %9.0f frames/s %8.1f MB/s\n", "nmea0183", "DPT, HDT, HDG", values / took_s,
-           values / 3 * (double)(sizeof(lines) - 1) / took_s * 1e-6);
+           values / 3 * (double)(sizeof lines - 1) / took_s * 1e-6);
 }
 
 int main(int argc, char **argv)
 {
     if (argc == 1)
         measure_nmea();
-    for (size_t i = 0; i < sizeof(rows) / sizeof(rows[0]); i++)
+    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++)
         if (argc == 1 || strcmp(argv[1], rows[i].ops->name) == 0)
             measure(&rows[i], argc == 1 ? MEASURED_S : 0);
     return 0;

@@ -37,7 +37,6 @@ static double uniform(uint64_t *state)
 static void make_beams(uint32_t n)
 {
     uint64_t seed = 1;
-
     for (int b = 0; b < BEAMS; b++)
         for (uint32_t i = 0; i < n; i++) {
             const double r_m = 20.0 * i / n;
@@ -59,7 +58,6 @@ static void run_cfar(const struct amplitude *amplitude, enum cfar_detector detec
                               .rank = side * 3 / 2,
                               .alpha_q16 = 12 << 16,
                               .alpha_one_q16 = 14 << 16};
-
     for (uint32_t i = 0; i < n; i++)
         power[i] = amplitude->table[samples[b][i]];
     cfar_run(&cfar, &(struct cfar_profile){.x = power, .n = n, .work = work}, mask);
@@ -80,7 +78,6 @@ static void run_extract(struct extract *extract, uint32_t n, int b)
                               .beam = &axis,
                               .samples = samples[b]};
     struct echoes out = {.max_beams = 1, .beam = &found};
-
     extract_run(extract, &ping, NULL, &out);
     sink += found.n;
 }
@@ -90,7 +87,6 @@ static double measure(struct extract *extract, enum cfar_detector detector, uint
 {
     struct amplitude amplitude;
     double ns[REPETITIONS];
-
     if (!amplitude_init(&amplitude, AMPLITUDE_SQRT, 1, 0.0))
         return NAN;
     for (int r = 0; r < REPETITIONS; r++) {
@@ -113,7 +109,6 @@ static struct extract *set_up(enum cfar_detector detector)
     struct extract_conf conf;
     struct fault fault = {"too much memory"};
     struct extract *extract = NULL;
-
     extract_defaults(&conf);
     conf.detector = detector;
     if (extract_size(MAX_BINS) <= sizeof memory)
@@ -128,7 +123,6 @@ static struct extract *set_up(enum cfar_detector detector)
 static int run_once(const char *detector, uint32_t n)
 {
     int d = CFAR_CA;
-
     while (d <= CFAR_OS && strcmp(name[d], detector) != 0)
         d++;
     if (d > CFAR_OS || n < 1 || n > MAX_BINS) {
@@ -145,7 +139,6 @@ static int run_once(const char *detector, uint32_t n)
 int main(int argc, char **argv)
 {
     static const uint32_t bins[] = {200, 500, 1000, 1500};
-
     if (argc == 3)
         return run_once(argv[1], (uint32_t)strtoul(argv[2], NULL, 10));
     printf("detector   bins   cfar ns/bin   extract ns/bin   extract Mbin/s   us per beam\n");

@@ -23,7 +23,6 @@ static uint8_t mask[BEAM];
 static double detections(const struct cfar *cfar)
 {
     double hits = 0;
-
     cfar_run(cfar, &(struct cfar_profile){.x = x, .n = BEAM, .work = work}, mask);
     for (int i = 0; i < BEAM; i++)
         hits += mask[i];
@@ -37,7 +36,6 @@ int main(int argc, char **argv)
     const double beams = ceil((argc > 1 ? strtod(argv[1], NULL) : 1e7) / BEAM);
     const double cells = beams * (BEAM - 2 * SIDE);
     uint64_t seed = 1;
-
     printf("%.3g cells each: counted rate over the asked one (95 %% limits)\n%-26s", cells, "asked");
     for (int k = 0; k < RATES; k++)
         printf("%26.0e", asked[k]);

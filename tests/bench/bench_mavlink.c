@@ -19,11 +19,9 @@ static size_t fill(uint8_t *stream, struct mavlink_signing *signing)
     struct mavlink_sender sender = {.system_id = 1, .component_id = 1, .signing = signing};
     const struct mavlink_heartbeat beat = {.type = 12, .autopilot = 3, .mavlink_version = 3};
     size_t n = mavlink_build(&sender, mavlink_message(MAVLINK_HEARTBEAT), &beat, stream);
-
     for (uint32_t i = 1; i < FRAMES; i++) {
         const struct mavlink_attitude m = {
             .time_boot_ms = 1000 + 20 * i, .roll = 0.1f, .yaw = (float)i, .yawspeed = 1};
-
         n += mavlink_build(&sender, mavlink_message(MAVLINK_ATTITUDE), &m, stream + n);
     }
     return n;
@@ -36,7 +34,6 @@ static void measure(const char *what, struct mavlink_signing *signing)
     const double begin_s = 1e-9 * now_ns();
     double took_s, built_s = 0;
     uint64_t frames = 0, poses = 0, bytes_n = 0;
-
     do {
         const double build_s = 1e-9 * now_ns();
         const size_t size = fill(stream, signing);
@@ -44,14 +41,12 @@ static void measure(const char *what, struct mavlink_signing *signing)
         struct mavlink_vehicle vehicle;
         struct mavlink_frame frame;
         struct mavlink_pose pose;
-
         built_s += 1e-9 * now_ns() - build_s;
         mavlink_vehicle_init(&vehicle, &conf);
         for (size_t at = 0; at < size; at += PIECE) {
             const uint8_t *bytes = stream + at;
             size_t n = size - at < PIECE ? size - at : PIECE;
             const uint64_t now_ns = 1000000000u + at * 500000u;
-
             while (mavlink_parser_next(&parser, &bytes, &n, &frame)) {
                 mavlink_vehicle_take(&vehicle, &frame, now_ns);
                 poses += mavlink_vehicle_pose(&vehicle, now_ns, &pose);
@@ -73,7 +68,6 @@ static void measure(const char *what, struct mavlink_signing *signing)
 int main(void)
 {
     struct mavlink_signing signing = {.key = {1}};
-
     measure("ATTITUDE", NULL);
     measure("ATTITUDE, signed", &signing);
     return 0;

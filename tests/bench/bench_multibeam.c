@@ -37,7 +37,6 @@ static struct pipeline *start(int threads)
     struct pipeline_conf p;
     struct plan plan;
     struct fault fault;
-
     swath_conf(&conf, threads);
     conf.sonar[0].rotation_rad[1] = geo_rad(-90);
     swath_pipeline(&conf, &plan, &p);

@@ -52,7 +52,6 @@ struct figure {
 static struct figure figure_of(double *ns, unsigned n)
 {
     const double m = median(ns, n);
-
     return (struct figure){m, ns[n / 4], ns[3 * n / 4]};
 }
 
@@ -69,7 +68,6 @@ __attribute__((noinline)) static void measured(work_fn *work, void *ctx, uint32_
 static struct figure timed(work_fn *work, void *ctx, uint32_t times)
 {
     double ns[REPEATS];
-
     work(ctx, times);
     for (unsigned r = 0; r < repeats; r++) {
         const double started = cpu_ns();
@@ -85,7 +83,6 @@ static bool row(const char *what, double value, const char *unit, const char *pe
                 double asked_per_s)
 {
     const double share = f.median * 1e-9 * asked_per_s;
-
     printf("%s,%.10g,%s,%s,%.1f,%.1f,%.1f,%g,%.3g,%d,%u\n", what, value, unit, per, f.median, f.low, f.high,
            asked_per_s, share, share < 1, row_times);
     row_times = 0;
@@ -101,7 +98,6 @@ static struct pipeline *chain(uint32_t beams, uint32_t bins)
     struct pipeline_conf p;
     struct plan plan;
     struct fault fault;
-
     conf_defaults(&conf);
     conf.n_sonars = 1;
     snprintf(conf.sonar[0].device, sizeof conf.sonar[0].device, "surveyor");
@@ -133,7 +129,6 @@ static void submit(struct pipeline *pipeline, const uint8_t *samples, uint32_t b
                    uint32_t number)
 {
     struct ping *p = pipeline_begin(pipeline);
-
     p->t_ns = p->t_in_ns = loop_clock();
     p->seq = number;
     p->kind = PING_PROFILE;
@@ -163,7 +158,6 @@ struct scan {
 static void submit_some(void *ctx, uint32_t times)
 {
     struct scan *scan = ctx;
-
     while (times-- > 0)
         submit(scan->pipeline, scan->samples, scan->beams, scan->bins, ++scan->number);
 }
@@ -172,7 +166,6 @@ static void submit_some(void *ctx, uint32_t times)
 static struct figure whole(uint32_t beams, uint32_t bins)
 {
     static struct scan scan;
-
     scan.pipeline = chain(beams, bins);
     scan.beams = beams;
     scan.bins = bins;
@@ -231,7 +224,6 @@ static struct sphere *grid_of(double step_deg)
                                      .blocked_above = 0.6,
                                      .recentre_m = 0.1};
     struct fault fault;
-
     return sphere_init(need(sphere_bytes(&conf, &fault)), &conf);
 }
 
@@ -245,7 +237,6 @@ static void enter(void *ctx, uint32_t times)
     struct turning *t = ctx;
     struct echoes e;
     struct beam_echoes beam;
-
     while (times-- > 0) {
         heard(&e, &beam, ++t->number);
         sphere_enter(t->sphere, &e, &mount_identity);
@@ -277,7 +268,6 @@ static void water_of(struct water *w, double voxel_m)
     const struct lattice_place origin = {{0, 0, 0}, {0.5, 0.5, 0.5}};
     const uint32_t side = (uint32_t)(2 * 6 / voxel_m / TILE_SIDE) + 3, height = (uint32_t)(6 / voxel_m) + 8;
     struct fault fault;
-
     w->voxel_m = voxel_m;
     w->memory[0] = need(tiles_bytes(side * side, height, 1));
     w->memory[1] = need(submap_bytes(side, height));
@@ -291,7 +281,6 @@ static void cast_turn(void *ctx, uint32_t times)
     struct water *w = ctx;
     const struct lattice_place origin = {{0, 0, 0}, {0.5, 0.5, 0.5}};
     struct cast_beam beam;
-
     for (uint32_t i = 0; i < times; i++)
         if (cast_aim(&beam, &w->opening,
                      &(struct cast_look){.apex = &origin,
@@ -323,7 +312,6 @@ static void daemon_of(double voxel_m)
 {
     struct pipeline_conf p;
     struct fault fault = {"no loop"};
-
     conf_defaults(&d.conf);
     d.conf.n_sonars = 1;
     d.replay = true; /* there is no port whose state answers would go by */
@@ -416,7 +404,6 @@ static void hear(int fd)
 {
     char answer[8192];
     ssize_t n = 0;
-
     for (ssize_t more; n == 0 || answer[n - 1] != '\n'; n += more)
         if ((more = recv(fd, answer + n, sizeof answer - (size_t)n, 0)) <= 0)
             exit(1);
@@ -426,7 +413,6 @@ static void hear(int fd)
 static struct figure questions(const int *fd, unsigned n)
 {
     double ns[REPEATS];
-
     for (unsigned r = 0; r <= repeats; r++) {
         const double started = now_ns();
         for (int round = 0; round < 20; round++) {
@@ -450,7 +436,6 @@ static void clients(void)
     struct fault fault;
     pthread_t server, echoer;
     int pair[2];
-
     if (!mkdtemp(folder) || socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair) != 0)
         exit(1);
     snprintf(path, sizeof path, "%s/socket", folder);
@@ -489,7 +474,6 @@ static void clients(void)
 static void add_one(void *ctx, uint32_t mib)
 {
     uint8_t *bytes = ctx;
-
     for (size_t i = 0; i < (size_t)mib << 20; i++)
         bytes[i]++;
     __asm__ volatile("" : : "r"(bytes) : "memory");
@@ -499,7 +483,6 @@ static void add_one(void *ctx, uint32_t mib)
 static void memory(void)
 {
     uint8_t *bytes = need((size_t)MEMORY_MIB << 20);
-
     row("adding one to bytes in memory", MEMORY_MIB, "MiB", "MiB", timed(add_one, bytes, MEMORY_MIB), 0);
     free(bytes);
 }
@@ -511,7 +494,6 @@ static void detect_plainly(void *ctx, uint32_t times)
 {
     const uint8_t *samples = ctx;
     volatile unsigned found = 0;
-
     while (times-- > 0) {
         unsigned n = 0;
         for (int i = 20; i < PLAIN_BINS - 20; i++) {
@@ -527,7 +509,6 @@ static void detect_plainly(void *ctx, uint32_t times)
 static void plain_loop(void)
 {
     static uint8_t samples[PLAIN_BINS];
-
     fill(samples, 1, PLAIN_BINS);
     row("a plain detector loop", PLAIN_BINS, "bins", "beam", timed(detect_plainly, samples, 20), HEAD_HZ);
 }

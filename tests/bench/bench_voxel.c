@@ -125,7 +125,6 @@ static void scene(char which, double voxel_m, int turns, bool timed)
     struct fault fault;
     char name[2] = {which, '\0'};
     int kept = 0;
-
     if (!cast_opening_init(&o, CAST_WEDGE, geo_rad(SCENE_AZ_DEG) / 2, geo_rad(SCENE_EL_DEG) / 2, 0, &fault))
         exit(1);
     map_new(which == 'B' ? 51 : 9, which == 'B' ? 40 : 27, voxel_m);
@@ -157,7 +156,6 @@ static void fan(double voxel_m, int turns, bool timed)
     struct fault fault;
     const double level[4] = {1, 0, 0, 0}, pitch_deg = 120.0 / 512, position_m[3] = {0.03, 0.03, 0.04};
     struct lattice_place at;
-
     if (!lattice_place(position_m, voxel_m, &at) ||
         !cast_opening_init(&o, CAST_WEDGE, geo_rad(pitch_deg) / 2, geo_rad(10), 0, &fault))
         exit(1);

@@ -53,7 +53,7 @@ static struct ping *drive_begin(void *ctx)
     drive_ping = (struct ping){.beam = drive_beam,
                                .max_beams = drive_asked % 5 ? PING_MAX_BEAMS : 1,
                                .samples = drive_samples,
-                               .max_samples = drive_asked % 3 ? sizeof(drive_samples) : 100};
+                               .max_samples = drive_asked % 3 ? sizeof drive_samples : 100};
     return &drive_ping;
 }
 
@@ -62,7 +62,6 @@ static void drive_judge(const struct ping *p)
 {
     const struct choice_ring ring = {.promised_m = -1.0};
     struct choice choice;
-
     must(p->kind == PING_RANGES || p->kind == PING_CHOICE);
     must(ping_bytes(p) <= p->max_samples && (ping_bytes(p) == 0) == (p->kind == PING_RANGES));
     if (p->kind == PING_RANGES) {
@@ -96,7 +95,7 @@ static void drive_note(void *ctx, enum device_note level, const char *fmt, ...)
     va_list args;
     (void)ctx, (void)level;
     va_start(args, fmt);
-    int n = vsnprintf(text, sizeof(text), fmt, args);
+    int n = vsnprintf(text, sizeof text, fmt, args);
     va_end(args);
     must(n > 0 && n < DEVICE_NOTE_MAX);
     for (int i = 0; i < n; i++)
@@ -119,7 +118,6 @@ static void drive(const struct device_ops *ops, const struct device_conf *conf, 
     struct device_status status;
     struct fault fault;
     void *state = calloc(1, ops->state_size);
-
     must(state && ops->init(state, conf, &fault));
     drive_now_ns = 5 * MS;
     drive_pings = drive_asked = 0;
@@ -145,7 +143,7 @@ static void drive(const struct device_ops *ops, const struct device_conf *conf, 
     ops->closed(state, drive_now_ns);
     ops->status(state, &status);
     must(status.pings >= drive_pings && status.garbage_bytes + PING_OVERHEAD * status.frames <= size);
-    must(memchr(status.what, 0, sizeof(status.what)) != NULL);
+    must(memchr(status.what, 0, sizeof status.what) != NULL);
     free(state);
 }
 

@@ -58,8 +58,8 @@ static void drive_can(const struct device_ops *ops, const struct device_conf *co
     struct device_status status;
     struct fault fault;
 
-    memset(state, 0, sizeof(state));
-    must(ops->state_size <= sizeof(state) && ops->init(state, conf, &fault));
+    memset(state, 0, sizeof state);
+    must(ops->state_size <= sizeof state && ops->init(state, conf, &fault));
     drive_now_ns = drive_pings = 0;
     ops->opened(state, drive_now_ns, &io);
     for (size_t at = 0; at < size;) {
@@ -77,7 +77,7 @@ static void drive_can(const struct device_ops *ops, const struct device_conf *co
     must(ops->deadline(state) == UINT64_MAX);
     ops->status(state, &status);
     must(status.pings == drive_pings && status.pings <= status.frames);
-    must(memchr(status.what, 0, sizeof(status.what)) != NULL);
+    must(memchr(status.what, 0, sizeof status.what) != NULL);
 }
 
 #endif

@@ -21,7 +21,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         struct canfd_frame read;
         if (candump_line(text, n, &f)) {
             if (!can_frame_read((const uint8_t *)&f.frame, f.n, &read) ||
-                memcmp(&read, &f.frame, sizeof(read)) != 0 || strlen(f.name) == 0 || strlen(f.name) >= IFNAMSIZ)
+                memcmp(&read, &f.frame, sizeof read) != 0 || strlen(f.name) == 0 || strlen(f.name) >= IFNAMSIZ)
                 abort();
             sink = sink + f.t_ns + f.frame.can_id;
         }

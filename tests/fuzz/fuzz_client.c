@@ -32,7 +32,6 @@ static int listen_here(void)
 {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
     const int listener = socket(AF_UNIX, SOCK_STREAM, 0);
-
     snprintf(path, sizeof path, "/tmp/sonard-fuzz-%d.sock", (int)getpid());
     strcpy(address.sun_path, path);
     unlink(path);
@@ -47,7 +46,6 @@ static void read_all(const char *json)
     struct sonard_blocked blocked;
     struct sonard_limit limit;
     struct sonard_collision collision;
-
     must(sonard_read_blocked(json, &blocked) || blocked.state == SONARD_UNKNOWN);
     must(blocked.state <= SONARD_CLEAR && memchr(blocked.reason, '\0', sizeof blocked.reason));
     must(sonard_read_limit(json, &limit) || limit.speed_mps == 0);
@@ -60,7 +58,6 @@ static void draw(const json_t *answer)
     static struct canvas canvas;
     static struct top_rates rates;
     const struct top_frame frame = {.sectors = answer, .status = answer, .stats = answer, .rates = &rates};
-
     top_rates_take(&rates, answer);
     canvas_clear(&canvas, 80, 24);
     top_view_draw(&canvas, &frame);
@@ -69,7 +66,6 @@ static void draw(const json_t *answer)
 static void take(const struct sonard_message *message)
 {
     json_t *answer = message->json ? json_loads(message->json, JSON_DECODE_ANY, NULL) : NULL;
-
     must((message->refusal.status == SONARD_REFUSED) == !message->json &&
          (message->id == 0 || message->watch == 0));
     if (message->json) {
@@ -85,7 +81,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     static int listener = -1;
     struct sonard_error error;
     struct sonard_message message;
-
     listener = listener < 0 ? listen_here() : listener;
     struct sonard_client *client = sonard_connect(path, 10, &error);
     must(client != NULL);

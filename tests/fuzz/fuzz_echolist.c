@@ -74,7 +74,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     const struct device_io io = {NULL, no_send, no_break, begin_ping, check_ping, take_note};
     struct device_status status;
     struct fault fault;
-
     if (size < 2)
         return 0;
     const struct device_conf conf = {.range_m = 1 + data[0] % 200,

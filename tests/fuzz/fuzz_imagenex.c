@@ -98,7 +98,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     const struct device_io io = {NULL, check_sent, check_break, begin_ping, check_ping, take_note};
     struct device_status status;
     struct fault fault;
-
     if (size < 4)
         return 0;
     const struct device_ops *ops = data[2] & 1 ? &device_imagenex881a : &device_imagenex852;

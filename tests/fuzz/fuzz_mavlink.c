@@ -45,7 +45,6 @@ static void check_frame(const struct mavlink_frame *frame)
 static void check_pose(const struct mavlink_pose *pose, uint64_t last_ns, uint64_t now_ns)
 {
     const double *q = pose->quaternion;
-
     must(pose->has != 0 && pose->t_ns > last_ns && pose->t_ns <= now_ns);
     if (pose->has & MAVLINK_POSE_ATTITUDE)
         must(fabs(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1) < 1e-9);
@@ -61,7 +60,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     struct mavlink_parser parser = {0};
     struct mavlink_vehicle vehicle;
     uint64_t now_ns = 1000000000000u, last_ns = 0, frames = 0;
-
     if (size < 1)
         return 0;
     parser.signing = data[0] & 1 ? &signing : NULL;
@@ -72,7 +70,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         size_t n = piece < n_left ? piece : n_left;
         struct mavlink_frame frame;
         struct mavlink_pose pose;
-
         at += n;
         now_ns += 5000000;
         while (mavlink_parser_next(&parser, &bytes, &n, &frame)) {

@@ -75,7 +75,7 @@ static void take_note(void *ctx, enum device_note level, const char *fmt, ...)
     va_list args;
     (void)ctx, (void)level;
     va_start(args, fmt);
-    int n = vsnprintf(text, sizeof(text), fmt, args);
+    int n = vsnprintf(text, sizeof text, fmt, args);
     va_end(args);
     must(n > 0 && n < DEVICE_NOTE_MAX);
     for (int i = 0; i < n; i++)
@@ -114,7 +114,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     struct device_io io = {&sent, check_sent, check_break, begin_ping, check_ping, take_note};
     struct device_status status;
     struct fault fault;
-
     if (size < 4)
         return 0;
     struct device_conf conf = choose_conf(data);
@@ -146,7 +145,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     device_ping360.closed(state, now_ns);
     device_ping360.status(state, &status);
     must(status.pings >= pings && status.garbage_bytes + PING_OVERHEAD * status.frames <= size - 4);
-    must(memchr(status.what, 0, sizeof(status.what)) != NULL);
+    must(memchr(status.what, 0, sizeof status.what) != NULL);
     free(state);
     return 0;
 }

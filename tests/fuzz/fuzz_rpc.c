@@ -17,7 +17,6 @@ static bool every_reader(const struct rpc_call *call, json_t *params, struct jso
                          struct rpc_error *error)
 {
     double vector[3] = {0}, place[4][3];
-
     (void)call, (void)error;
     params_numbers(params, "v", vector);
     sink = params_number(params, "n") + (double)params_integer(params, "i") + vector[2] +
@@ -53,7 +52,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     const struct rpc_call call = {.now_ns = 1};
     struct rpc_job *job = rpc_begin(&call, (const char *)data, size);
     char *reply;
-
     while (rpc_step(job, methods, &call)) {
     }
     rpc_end(job, &reply);

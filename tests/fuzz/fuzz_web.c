@@ -27,7 +27,6 @@ static void must(bool fact)
 static char *line(char **at)
 {
     char *start = *at, *end = strchr(start, '\n');
-
     *at = end ? end + 1 : start + strlen(start);
     if (end)
         *end = '\0';
@@ -39,7 +38,6 @@ static void guard(const char *host, const char *origin)
     static const struct web_guard us = {.machine = "rov", .names = "blueos.local", .origins = "https://a.example"};
     char name[300];
     struct in6_addr address;
-
     if (web_guard_host(&us, host)) {
         snprintf(name, sizeof name, "%s", host + (host[0] == '['));
         name[strcspn(name, host[0] == '[' ? "]" : ":")] = '\0';
@@ -58,7 +56,6 @@ static void query(const struct protocol_method *method, char *at)
     struct fault fault = {""};
     const char *key;
     json_t *value;
-
     while (*at) {
         const char *part = line(&at);
         must(web_query_add(method, params, part, strlen(part), &fault) || fault.text[0]);
@@ -81,7 +78,6 @@ static void setting(const char *text)
 {
     struct web_setting taken;
     struct fault fault = {""};
-
     if (!web_settings_parse(text, &taken, &fault)) {
         must(fault.text[0] != '\0');
         return;
@@ -97,7 +93,6 @@ static void image(const uint8_t *data, size_t size)
     static uint8_t out[VIEW_ROWS_BYTES];
     json_t *said = json_loadb((const char *)data, size, 0, NULL);
     size_t n = 0, written;
-
     view_rows_take(&rows, said);
     for (uint64_t seen = 0; (written = view_rows_part(&rows, &seen, out)) > 0; n += out[2])
         must(written <= sizeof out && out[2] > 0);
@@ -114,7 +109,6 @@ static void image(const uint8_t *data, size_t size)
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     char *text = malloc(size + 1), *at = text;
-
     must(text != NULL);
     memcpy(text, data, size);
     text[size] = '\0';

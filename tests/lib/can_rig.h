@@ -49,7 +49,7 @@ static __attribute__((format(printf, 3, 4))) void rig_note(void *ctx, enum devic
     va_list args;
     (void)ctx;
     va_start(args, fmt);
-    vsnprintf(rig.note, sizeof(rig.note), fmt, args);
+    vsnprintf(rig.note, sizeof rig.note, fmt, args);
     va_end(args);
     rig.warnings += level == NOTE_WARNING;
 }
@@ -57,13 +57,13 @@ static __attribute__((format(printf, 3, 4))) void rig_note(void *ctx, enum devic
 /* false with rig.fault: the configuration is refused */
 static bool rig_open(const struct device_ops *ops, int node, int sensor_id)
 {
-    memset(&rig, 0, sizeof(rig));
+    memset(&rig, 0, sizeof rig);
     rig.ops = ops;
     rig.now_ns = 10000 * RIG_MS;
     rig.io = (struct device_io){.ping_begin = rig_begin, .ping_done = rig_done, .note = rig_note};
     rig.conf = (struct device_conf){
         .range_m = 50, .sound_speed_mps = 1500, .gain = -1, .node = node, .sensor_id = sensor_id};
-    CHECK(ops->state_size <= sizeof(rig.state));
+    CHECK(ops->state_size <= sizeof rig.state);
     if (!ops->init(rig.state, &rig.conf, &rig.fault))
         return false;
     ops->opened(rig.state, rig.now_ns, &rig.io);
@@ -75,7 +75,7 @@ static inline void rig_hear(const char *frame)
 {
     char line[256];
     struct candump_frame f;
-    int n = snprintf(line, sizeof(line), "(1.000000) can0 %s", frame);
+    int n = snprintf(line, sizeof line, "(1.000000) can0 %s", frame);
     CHECK(candump_line(line, (size_t)n, &f));
     rig.now_ns += RIG_MS;
     rig.ops->feed(rig.state, (const uint8_t *)&f.frame, f.n, rig.now_ns, &rig.io);

@@ -65,7 +65,6 @@ static inline void wilson(double hits, double n, double z, double *lo, double *h
     const double p = hits / n, scale = 1.0 + z * z / n;
     const double centre = (p + z * z / (2.0 * n)) / scale;
     const double half = z * sqrt(p * (1.0 - p) / n + z * z / (4.0 * n * n)) / scale;
-
     *lo = centre - half;
     *hi = centre + half;
 }

@@ -26,7 +26,6 @@ static char path[64];
 static inline bool make_directory(void)
 {
     const bool good = mkdtemp(directory) != NULL;
-
     snprintf(path, sizeof path, "%s/sonard.sock", directory);
     return good;
 }
@@ -50,7 +49,6 @@ struct daemon_here {
 static void listen_here(struct daemon_here *d)
 {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
-
     *d = (struct daemon_here){.fd = -1, .status_watch = 2};
     snprintf(address.sun_path, sizeof address.sun_path, "%s", path);
     d->listener = socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0);
@@ -68,7 +66,6 @@ static void leave_here(struct daemon_here *d)
 static void say(const struct daemon_here *d, json_t *message)
 {
     char *text = json_dumps(message, JSON_COMPACT);
-
     CHECK(write(d->fd, text, strlen(text)) == (ssize_t)strlen(text) && write(d->fd, "\n", 1) == 1);
     free(text);
     json_decref(message);
@@ -79,7 +76,6 @@ static int agree(struct daemon_here *d)
 {
     static char asked[65536];
     int poses = 0;
-
     if (d->fd < 0)
         d->fd = accept4(d->listener, NULL, NULL, SOCK_NONBLOCK);
     const ssize_t n = read(d->fd, asked, sizeof asked - 1);
@@ -120,10 +116,8 @@ static void notify(const struct daemon_here *d, int watch, json_t *result)
 static void say_sectors(const struct daemon_here *d, double range_m, double age_s, double at_s)
 {
     json_t *sectors = json_array();
-
     for (int i = 0; i < MAVLINK_SECTORS; i++) {
         const bool clear = i >= MAVLINK_SECTORS - d->clear;
-
         json_array_append_new(sectors, json_pack("{s:s, s:o, s:f, s:f, s:f}", "state", clear ? "clear" : "blocked",
                                                  "range_m", clear ? json_null() : json_real(range_m), "free_to_m",
                                                  clear ? 10.0 : 0.0, "blind_to_m", 0.0, "age_s", age_s));

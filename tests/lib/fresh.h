@@ -11,7 +11,6 @@ static inline void fresh_samples(const struct ping *ping)
 {
     static unsigned calls;
     const size_t bytes = ping->n_beams * (size_t)ping->n_bins * ping->sample_bytes;
-
     if (bytes == 0 || ping->sample_bytes > 2)
         return;
     uint8_t *last = (uint8_t *)ping->samples + bytes - ping->sample_bytes; /* its low byte */

@@ -62,7 +62,6 @@ static char *put_number(char *at, unsigned long value)
 {
     char digits[24];
     int n = 0;
-
     do
         digits[n++] = (char)('0' + value % 10);
     while ((value /= 10) != 0);
@@ -75,7 +74,6 @@ static char *put_number(char *at, unsigned long value)
 static void report(void)
 {
     char line[96], *at = line;
-
     at = put_text(at, "mcount: allocations ");
     at = put_number(at, atomic_exchange(&allocations, 0));
     at = put_text(at, " frees ");
@@ -88,7 +86,6 @@ static void report(void)
 static void on_signal(int signal)
 {
     int saved = errno;
-
     (void)signal;
     report();
     atomic_store(&armed, abort_wanted);
@@ -99,7 +96,6 @@ __attribute__((constructor)) static void mcount_begin(void)
 {
     struct sigaction action = {.sa_handler = on_signal, .sa_flags = SA_RESTART};
     const char *path = getenv("MCOUNT_OUT"), *wanted = getenv("MCOUNT_ABORT");
-
     if (path != NULL) {
         int fd = open(path, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
         if (fd >= 0)

@@ -37,7 +37,6 @@ static const struct head micron = {AMPLITUDE_LOG, 80.0 / 255.0, 0.05};
 static inline void set_up(const struct extract_conf *conf)
 {
     struct fault fault = {""};
-
     if (extract_size(MAX_BINS) > sizeof extract_room ||
         !(extract = extract_init(extract_room, conf, MAX_BINS, &fault))) {
         printf("extract_init: %s\n", fault.text);
@@ -61,7 +60,6 @@ static inline void run_shot(struct shot *shot, const struct head *head)
         .samples = shot->sample,
     };
     struct echoes out = {.max_beams = 1, .beam = &shot->found};
-
     extract_run(extract, &ping, NULL, &out);
 }
 
@@ -69,7 +67,6 @@ static inline void run_shot(struct shot *shot, const struct head *head)
 static inline bool shot_read(FILE *file, struct shot *shot)
 {
     static char line[1 << 16];
-
     do {
         if (!fgets(line, sizeof line, file))
             return false;
@@ -88,7 +85,6 @@ static inline bool shot_read(FILE *file, struct shot *shot)
 static inline FILE *recording(const char *path)
 {
     FILE *file = fopen(path, "r");
-
     if (!file)
         exit(1); /* RUN_WITH has just seen it */
     return file;
@@ -109,7 +105,6 @@ static inline double loudest_near(const struct shot *shot, double range_m)
 {
     const double dr_m = shot->range_m / shot->n;
     uint32_t best = (uint32_t)((range_m - 0.6) / dr_m);
-
     for (uint32_t i = best; i < shot->n && i * dr_m < range_m + 0.6; i++)
         if (shot->sample[i] > shot->sample[best])
             best = i;
@@ -128,7 +123,6 @@ struct look {
 static inline int loudest_within(const struct look *look, const struct wall *wall, double limit_m, double *error_m)
 {
     int n = 0;
-
     *error_m = 0.0;
     for (int i = 0; i < look->n; i++) {
         const double at_m = wall->distance_m / cos(geo_rad(look->bearing_deg[i] - wall->normal_deg));
@@ -147,7 +141,6 @@ static inline struct wall fitted(const struct look *look, const struct wall *abo
     struct wall best = *about;
     double least_m = INFINITY;
     int most = -1;
-
     for (int d = -30; d <= 30; d++)
         for (int a = -20; a <= 20; a++) {
             const struct wall w = {about->name, about->distance_m + 0.005 * d, about->normal_deg + 0.25 * a};

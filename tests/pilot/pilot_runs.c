@@ -89,7 +89,6 @@ int main(int argc, char **argv)
     const unsigned drives = argc > 1 ? (unsigned)atoi(argv[1]) : DRAWN;
     const uint64_t seed = argc > 2 ? strtoull(argv[2], NULL, 10) : 20260101;
     const char *only = getenv("PILOT_ONLY"), *question = getenv("PILOT_ASK");
-
     for (unsigned i = only ? (unsigned)atoi(only) : 0; i < drives; i++) {
         struct pilot_case c;
         struct pilot_result r;

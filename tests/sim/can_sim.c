@@ -130,7 +130,6 @@ static void fill_measurement(struct sim *s, double range_m, uint64_t now_ns, uin
     const uint64_t timestamp_us = (now_ns - s->start_ns) / 1000 + 1;
     unsigned reading = DRONECAN_READING_VALID;
     uint16_t fov = float16(s->field_of_view_rad), range = float16(range_m);
-
     if (faulty(s, TOO_CLOSE))
         reading = DRONECAN_READING_TOO_CLOSE;
     else if (faulty(s, TOO_FAR))
@@ -153,7 +152,6 @@ static unsigned split(const struct sim *s, const uint8_t *payload, size_t n, str
     const uint8_t transfer = s->dronecan.transfer & 0x1F;
     uint8_t stream[2 + 15], signature[8];
     unsigned count = 0;
-
     if (s->fd) {
         frames[0] = (struct canfd_frame){.can_id = id, .len = (uint8_t)(n + 1), .flags = CANFD_BRS};
         memcpy(frames[0].data, payload, n);
@@ -181,7 +179,6 @@ static void talk_dronecan(struct sim *s, double range_m, uint64_t now_ns)
 {
     struct canfd_frame frames[3];
     uint8_t payload[15];
-
     fill_measurement(s, range_m, now_ns, payload);
     unsigned n = split(s, payload, sizeof payload, frames);
     s->dronecan.transfer++;
@@ -205,7 +202,6 @@ static void talk_nmea2000(struct sim *s, double range_m, uint64_t now_ns)
 {
     uint32_t depth = faulty(s, UNAVAILABLE) ? 0xFFFFFFFFu : (uint32_t)lround(range_m * 100);
     struct canfd_frame frame = {.can_id = CAN_EFF_FLAG | 0x0DF50B00u | (canid_t)s->address, .len = 8};
-
     frame.data[0] = s->nmea2000.transfer++;
     for (int i = 0; i < 4; i++)
         frame.data[1 + i] = (uint8_t)(depth >> 8 * i);
@@ -300,7 +296,6 @@ static bool command(struct sim *s, const char *line, uint64_t now_ns)
     char word[32], argument[32];
     int n = sscanf(line, "%31s %31s", word, argument);
     double number = n == 2 ? strtod(argument, NULL) : 0;
-
     for (int f = 0; n == 2 && f < N_FAULTS; f++) {
         if (strcmp(word, fault_names[f]) == 0 && number >= 0 && number <= 1e6) {
             s->faults[f] = (unsigned)number;

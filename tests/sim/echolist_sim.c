@@ -54,7 +54,6 @@ static int list_echoes(const uint8_t *counts, char *text, size_t size)
     const double bin_m = sonar.range_m / BINS;
     size_t used = 0;
     int n = 0;
-
     text[0] = '\0';
     for (int i = (int)(RING_M / bin_m); i < BINS && n < ECHOES_MAX; i++) {
         if (counts[i] < sonar.threshold)
@@ -75,7 +74,6 @@ static void ping(uint64_t now_ns)
     uint8_t counts[BINS];
     char echoes[512], line[640];
     unsigned sum = 0;
-
     if (sonar.scan_deg + sonar.direction * sonar.step_deg > sonar.to_deg ||
         sonar.scan_deg + sonar.direction * sonar.step_deg < sonar.from_deg)
         sonar.direction = -sonar.direction;

@@ -38,7 +38,6 @@ static int off_middle(int position)
 static void step(void)
 {
     const int half = head.request.sector * 10 / 2, way = head.request.step;
-
     if (head.request.sector >= 120) {
         head.clockwise = true;
         head.position = (head.position + way) % POSITIONS;
@@ -57,7 +56,6 @@ static void reply(uint64_t now_ns)
 {
     uint8_t counts[500], out[IMAGENEX_FRAME_MAX];
     const double pulse_s = head.request.pulse * (head.scans ? 10e-6 : 1e-6);
-
     if (head.scans)
         step();
     twin_listen(head.scans ? (head.position - 600) * 0.3 : 0.0, head.request.range_m, pulse_s, sizeof counts,

@@ -48,7 +48,6 @@ static void on_stop(int signal)
 __attribute__((noreturn, format(printf, 1, 2))) static void die(const char *fmt, ...)
 {
     va_list args;
-
     va_start(args, fmt);
     fprintf(stderr, "micron_sim: ");
     vfprintf(stderr, fmt, args);
@@ -76,7 +75,6 @@ static void print_range(const char *key, double range_m)
 static void write_truth(const struct micron_head_shot *shot, const struct water_shot *beam, double azimuth_deg)
 {
     struct water_truth truth;
-
     water_look(&sim.scene, beam, &truth);
     fprintf(sim.truth, "{\"t_ns\":%llu,\"ping\":%llu,\"angle\":%u,\"azimuth_deg\":%.3f",
             (unsigned long long)shot->t_ns, (unsigned long long)beam->number, shot->bearing,
@@ -104,7 +102,6 @@ static void on_listen(void *ctx, const struct micron_head_shot *shot, uint8_t *s
         .n_samples = n,
         .number = sim.head.pings,
     };
-
     (void)ctx;
     memcpy(beam.origin_m, sim.position_m, sizeof beam.origin_m);
     water_listen(&sim.water, &sim.scene, &beam, samples);
@@ -134,7 +131,6 @@ static const char *do_unplug(const double *arg)
 static const char *do_plug(const double *arg)
 {
     static struct fault why;
-
     (void)arg;
     if (sim.line.fd >= 0)
         return "is plugged in already";
@@ -211,7 +207,6 @@ static const struct command {
 static void print_status(FILE *out)
 {
     const struct micron_head *head = &sim.head;
-
     fprintf(out, "%s, %s, bearing %u, %llu pings, %llu requests, %llu bytes sent, %llu lost",
             sim.line.fd < 0             ? "unplugged"
             : line_connected(&sim.line) ? "open"
@@ -229,7 +224,6 @@ static const char *command_do(const char *text)
     double arg[4];
     int n = 0;
     const struct command *command = NULL;
-
     snprintf(copy, sizeof copy, "%s", text);
     const char *word = strtok_r(copy, " \t\r\n", &save);
     for (size_t i = 0; word != NULL && i < sizeof commands / sizeof commands[0]; i++)
@@ -278,7 +272,6 @@ static bool input_take(void)
     static char held_text[TEXT_MAX];
     static size_t held;
     ssize_t n = read(STDIN_FILENO, held_text + held, sizeof held_text - 1 - held);
-
     if (n <= 0)
         return n < 0 && (errno == EINTR || errno == EAGAIN);
     held += (size_t)n;
@@ -337,7 +330,6 @@ static double number(const char *option, const char *text, double lo, double hi)
 {
     char *end;
     double value = strtod(text, &end);
-
     if (end == text || *end != '\0' || !(value >= lo && value <= hi))
         die("--%s %s: expected a number in [%g, %g]", option, text, lo, hi);
     return value;
@@ -347,7 +339,6 @@ static void pose_parse(const char *text)
 {
     double *p = sim.position_m;
     int used = 0;
-
     if (sscanf(text, "%lf,%lf,%lf,%lf%n", &p[0], &p[1], &p[2], &sim.yaw_deg, &used) != 4 || text[used] != '\0' ||
         !isfinite(p[0] + p[1] + p[2] + sim.yaw_deg))
         die("--pose %s: expected NORTH,EAST,DOWN,YAW in metres and degrees", text);
@@ -420,7 +411,6 @@ static uint64_t turn(uint64_t now_ns)
 {
     uint8_t bytes[4096];
     size_t n;
-
     while ((n = line_read(&sim.line, bytes, sizeof bytes, now_ns)) > 0)
         micron_head_feed(&sim.head, bytes, n, now_ns);
     micron_head_tick(&sim.head, now_ns);
@@ -444,7 +434,6 @@ static void run(bool print, const sigset_t *mask)
 {
     bool input = true;
     uint64_t next_status_ns = sim.start_ns;
-
     while (!stop_wanted) {
         uint64_t now_ns = pace_ns();
         if (print && now_ns >= next_status_ns) {
@@ -464,7 +453,6 @@ static void signals_prepare(sigset_t *waiting)
 {
     struct sigaction action = {.sa_handler = on_stop};
     sigset_t blocked;
-
     sigemptyset(&blocked);
     sigaddset(&blocked, SIGTERM);
     sigaddset(&blocked, SIGINT);
@@ -483,7 +471,6 @@ int main(int argc, char **argv)
     struct options o;
     sigset_t waiting;
     struct fault fault;
-
     options_parse(&o, argc, argv);
     signals_prepare(&waiting);
     o.head.sound_speed_mps = sim.water.sound_speed_mps;

@@ -77,7 +77,6 @@ static void send_reading(struct line *line, bool simple, bool profile, uint64_t 
 {
     uint8_t samples[PING1D_SAMPLES], frame[PING_FRAME_MAX];
     double said_mm = on_its_speed_mm(distance_m);
-
     if (sonar.automatic)
         sonar.length_mm = (uint32_t)fmax(5000.0, 1.5 * said_mm);
     bool reached = said_mm > sonar.start_mm && said_mm < sonar.start_mm + sonar.length_mm;
@@ -106,10 +105,8 @@ static void answer(struct line *line, uint16_t id, uint64_t now_ns)
 {
     const uint8_t info[6] = {1, ping2 != 0.0 ? 2 : 1, 3, 29, 0, 0}, version[4] = {1, 0, 0, 0};
     uint8_t speed[4];
-
     static const uint8_t firmware[6] = {1, 1, 3, 0, 24, 0};
     uint8_t refusal[2 + 7];
-
     sonar.requests++;
     put_u32(speed, sonar.speed_mmps);
     put_u16(refusal, id);
@@ -134,7 +131,6 @@ static void answer(struct line *line, uint16_t id, uint64_t now_ns)
 static bool take_setting(const struct ping_frame *f, uint64_t now_ns)
 {
     uint8_t b[8] = {0};
-
     memcpy(b, f->payload, f->length < sizeof b ? f->length : sizeof b);
     switch (f->id) {
     case PING1D_SET_RANGE:
@@ -173,7 +169,6 @@ static bool take_setting(const struct ping_frame *f, uint64_t now_ns)
 static void feed(struct line *line, const uint8_t *bytes, size_t n, uint64_t now_ns)
 {
     struct ping_frame f;
-
     while (ping_parser_next(&sonar.parser, &bytes, &n, now_ns, &f)) {
         uint8_t told[2 + 16] = {0};
         put_u16(told, f.id);

@@ -50,7 +50,6 @@ static void on_stop(int signal)
 __attribute__((noreturn, format(printf, 1, 2))) static void die(const char *fmt, ...)
 {
     va_list args;
-
     va_start(args, fmt);
     fprintf(stderr, "ping360_sim: ");
     vfprintf(stderr, fmt, args);
@@ -150,7 +149,6 @@ static double number(const char *option, const char *text, double lo, double hi)
 {
     char *end;
     double value = strtod(text, &end);
-
     if (end == text || *end != '\0' || !(value >= lo && value <= hi))
         die("--%s %s: expected a number in [%g, %g]", option, text, lo, hi);
     return value;
@@ -161,7 +159,6 @@ static struct sim_pose pose_parse(const char *text)
     struct sim_pose pose;
     double *p = pose.position_m;
     int used = 0;
-
     if (sscanf(text, "%lf,%lf,%lf,%lf%n", &p[0], &p[1], &p[2], &pose.yaw_deg, &used) != 4 || text[used] != '\0' ||
         !isfinite(p[0] + p[1] + p[2] + pose.yaw_deg))
         die("--pose %s: expected NORTH,EAST,DOWN,YAW in metres and degrees", text);
@@ -172,7 +169,6 @@ static struct sim_frame frame_parse(const char *text)
 {
     struct sim_frame f;
     char rest;
-
     if (sscanf(text, "%lf,%lf,%lf%c", &f.azimuth_deg, &f.width_deg, &f.range_m, &rest) != 3 ||
         !(fabs(f.azimuth_deg) <= 360 && f.width_deg > 0 && f.width_deg <= 360 && f.range_m > 0 && f.range_m <= 50))
         die("--frame %s: expected azimuth and width in degrees, range in metres, as 200,20,0.8", text);
@@ -184,7 +180,6 @@ static void timed_add(struct options *o, const char *text)
     char *end;
     double at_s = strtod(text, &end);
     int i = o->n_timed;
-
     if (end == text || *end != ':' || !(at_s >= 0.0 && at_s <= 1e6))
         die("--at %s: expected SECONDS:COMMAND", text);
     if (o->n_timed == MAX_TIMED)
@@ -288,7 +283,6 @@ static void options_parse(struct options *o, int argc, char **argv)
 static void command_run(struct sim *sim, const char *text)
 {
     char answer[SIM_ANSWER_MAX];
-
     if (strcmp(text, "quit") == 0) {
         stop_wanted = 1;
         printf("ok quit\n");
@@ -309,7 +303,6 @@ static bool input_take(struct sim *sim)
     static char line[SIM_ANSWER_MAX];
     static size_t held;
     ssize_t n = read(STDIN_FILENO, line + held, sizeof line - 1 - held);
-
     if (n <= 0)
         return n < 0 && (errno == EINTR || errno == EAGAIN);
     held += (size_t)n;
@@ -340,7 +333,6 @@ static void run(struct sim *sim, const struct options *o, const sigset_t *mask)
     bool input = true;
     int next_timed = 0;
     uint64_t next_status_ns = sim->start_ns;
-
     while (!stop_wanted) {
         uint64_t now_ns = pace_ns();
         uint64_t due_ns = now_ns + STATUS_EVERY_NS;
@@ -370,7 +362,6 @@ static void signals_prepare(sigset_t *waiting)
 {
     struct sigaction action = {.sa_handler = on_stop};
     sigset_t blocked;
-
     sigemptyset(&blocked);
     sigaddset(&blocked, SIGTERM);
     sigaddset(&blocked, SIGINT);
@@ -389,7 +380,6 @@ int main(int argc, char **argv)
     struct options o;
     sigset_t waiting;
     struct fault fault;
-
     options_parse(&o, argc, argv);
     signals_prepare(&waiting);
     sim.pose = o.pose;

@@ -69,7 +69,6 @@ static void send_points(struct line *line, uint64_t now_ns)
                                    .pulse_s = PULSE_S,
                                    .start_m = start_m,
                                    .end_m = reach_m};
-
     for (int i = 0; i < (int)points; i++) {
         double angle_rad = geo_rad(swath_deg * ((i + 0.5) / points - 0.5)), range_m = range_at(angle_rad);
         if (range_m < start_m || range_m > reach_m)
@@ -99,7 +98,6 @@ static void feed(struct line *line, const uint8_t *bytes, size_t n, uint64_t now
     static const uint8_t info[6] = {DEVICE_TYPE, 1, 1, 0, 0, 0};
     struct ping_frame f;
     uint8_t told[2];
-
     while (ping_parser_next(&sonar.parser, &bytes, &n, now_ns, &f)) {
         put_u16(told, f.id);
         if (f.id == PING_GENERAL_REQUEST && f.length >= 2 && get_u16(f.payload) == PING_DEVICE_INFORMATION) {

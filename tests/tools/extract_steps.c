@@ -81,7 +81,6 @@ static void fail(const char *what)
 static void *memory_of(size_t size)
 {
     void *mem = calloc(1, size);
-
     if (!mem)
         fail("out of memory");
     return mem;
@@ -99,7 +98,6 @@ static struct chain *make_chain(const struct step *step, enum extract_no_echo no
     struct chain *c = memory_of(sizeof *c);
     struct extract_conf conf;
     struct fault fault = {""};
-
     extract_defaults(&conf);
     conf.order = step->order;
     conf.learn_ring_down = step->learn_ring_down;
@@ -142,7 +140,6 @@ static void take(struct chain *c, const struct ping *ping, const struct extract_
 static bool read_ping(FILE *file, const struct recording *r, uint32_t number, struct ping *ping)
 {
     static char line[1 << 16];
-
     do {
         if (!fgets(line, sizeof line, file))
             return false;
@@ -222,7 +219,6 @@ static void print_steps(const struct recording *r)
 static int is_there_again(int at)
 {
     const double range_m = (double)shots[at].found.echo[0].range_m;
-
     for (int i = at + 20; i < n_shots; i++) {
         if (fabs(geo_wrap_pi(geo_rad(shots[i].bearing_deg - shots[at].bearing_deg))) > geo_rad(0.95))
             continue;
@@ -237,7 +233,6 @@ static int is_there_again(int at)
 static void print_marks(const struct recording *r)
 {
     int looked[2] = {0}, again[2] = {0}, ghosts = 0;
-
     if (!run(r, &steps[0], EXTRACT_MINIMUM))
         return;
     for (int i = 0; i < n_shots; i++) {
@@ -306,7 +301,6 @@ static void dot(int panel, double bearing_deg, double share, const uint8_t *colo
 {
     const double a = geo_rad(bearing_deg - HEAD_ASTERN_DEG), radius = share * (PANEL / 2.0 - 3.0);
     const int x = (int)(PANEL / 2.0 + radius * sin(a)), y = (int)(PANEL / 2.0 - radius * cos(a));
-
     for (int v = 0; v < 2; v++)
         for (int u = 0; u < 2; u++)
             if (x + u < PANEL && y + v < PANEL)
@@ -318,7 +312,6 @@ static const struct shot *shot_at(double bearing_deg)
 {
     const struct shot *best = NULL;
     double least = geo_rad(2.0);
-
     for (int i = 0; i < n_shots; i++) {
         const double off = fabs(geo_wrap_pi(geo_rad(shots[i].bearing_deg - bearing_deg)));
         if (off < least) {
@@ -332,7 +325,6 @@ static const struct shot *shot_at(double bearing_deg)
 static void paint(int panel, bool with_echoes)
 {
     static const uint8_t orange[] = {255, 140, 60};
-
     for (int y = 0; y < PANEL; y++)
         for (int x = 0; x < PANEL; x++) {
             const double u = x + 0.5 - PANEL / 2.0, v = PANEL / 2.0 - y - 0.5;
@@ -350,7 +342,6 @@ static int draw(const char *path)
 {
     static const int panels[ACROSS * DOWN] = {0, 3, 4, 7, 8, 5, 0, 9};
     struct recording r = recordings[0];
-
     for (size_t k = 0; k < RECORDINGS; k++)
         if (strcmp(recordings[k].path, path) == 0)
             r = recordings[k];

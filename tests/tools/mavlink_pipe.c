@@ -24,7 +24,6 @@ union content {
 static void put_element(const struct mavlink_field *field, unsigned k, char *to)
 {
     unsigned value = 0;
-
     for (const char *c = field->name; *c; c++)
         value += (unsigned char)*c;
     value = value % 100 + k;
@@ -80,11 +79,9 @@ static int list_all(void)
 static int write_all(struct mavlink_signing *signing)
 {
     struct mavlink_sender sender = {.system_id = 1, .component_id = 196, .signing = signing};
-
     for (size_t i = 0; i < mavlink_message_count; i++) {
         uint8_t frame[MAVLINK_FRAME_MAX];
         union content content;
-
         fill(&mavlink_messages[i], &content);
         fwrite(frame, 1, mavlink_build(&sender, &mavlink_messages[i], &content, frame), stdout);
     }
@@ -97,14 +94,11 @@ static int read_all(struct mavlink_signing *signing)
     const struct mavlink_counters *c = &parser.counters;
     uint8_t buffer[512];
     size_t n;
-
     while ((n = fread(buffer, 1, sizeof buffer, stdin)) > 0) {
         const uint8_t *bytes = buffer;
         struct mavlink_frame frame;
-
         while (mavlink_parser_next(&parser, &bytes, &n, &frame)) {
             union content got = {0}, want;
-
             mavlink_unpack(frame.message, frame.payload, got.bytes);
             fill(frame.message, &want);
             printf("%s %s version %d from %d/%d\n", memcmp(&got, &want, sizeof got) == 0 ? "good" : "wrong",
@@ -121,7 +115,6 @@ int main(int argc, char **argv)
 {
     struct mavlink_signing signing = {.link_id = 5};
     struct timespec now;
-
     if (argc == 2 && strcmp(argv[1], "list") == 0)
         return list_all();
     clock_gettime(CLOCK_REALTIME, &now);

@@ -59,7 +59,6 @@ static struct {
 __attribute__((noreturn, format(printf, 1, 2))) static void die(const char *fmt, ...)
 {
     va_list args;
-
     va_start(args, fmt);
     fprintf(stderr, "voyage: ");
     vfprintf(stderr, fmt, args);
@@ -74,7 +73,6 @@ static void keep(int channel, const void *data, size_t n)
 {
     const struct mcap_message m = {.log_ns = voyage.now_ns, .publish_ns = voyage.now_ns, .data = data, .size = n};
     struct fault fault;
-
     if (!mcap_write_message(voyage.capture, channel, &m, &fault))
         die("%s", fault.text);
 }
@@ -90,7 +88,6 @@ static void open_capture(const char *path, const char *conf, size_t size)
     char topic[CONF_NAME_MAX + 8];
     struct fault fault;
     const int fd = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-
     if (fd < 0)
         die("%s: %s", path, strerror(errno));
     voyage.capture = mcap_create(fd, &options, &fault);
@@ -140,7 +137,6 @@ static void on_ping_done(void *ctx, struct ping *ping)
 __attribute__((format(printf, 3, 4))) static void on_note(void *ctx, enum device_note level, const char *fmt, ...)
 {
     va_list args;
-
     (void)ctx;
     va_start(args, fmt);
     if (level > NOTE_DEBUG) {
@@ -178,7 +174,6 @@ static void hear(void)
 {
     uint8_t bytes[4096];
     ssize_t n;
-
     while ((n = read(voyage.line_fd, bytes, sizeof bytes)) > 0) {
         keep(voyage.rx, bytes, (size_t)n);
         voyage.ops->feed(voyage.device, bytes, (size_t)n, voyage.now_ns, &io);
@@ -202,7 +197,6 @@ static void step(uint64_t until_ns)
 {
     const uint64_t deadline_ns = voyage.ops->deadline(voyage.device);
     uint64_t next_ns = voyage.due_ns < deadline_ns ? voyage.due_ns : deadline_ns;
-
     if (next_ns <= voyage.now_ns)
         next_ns = voyage.now_ns + 1;
     voyage.now_ns = next_ns < until_ns ? next_ns : until_ns;
@@ -215,7 +209,6 @@ static const char *do_run(const char *text)
 {
     char *end;
     const double s = strtod(text, &end);
-
     if (end == text || *end != '\0' || !(s >= 0 && s <= 1e6))
         return "want seconds, from 0 to 1e6";
     const uint64_t until_ns = voyage.now_ns + (uint64_t)llround(s * 1e9);
@@ -229,7 +222,6 @@ static const char *do_pings(const char *text)
     char *end;
     const unsigned long n = strtoul(text, &end, 10);
     const uint64_t wanted = voyage.pings + n, until_ns = voyage.now_ns + (uint64_t)PINGS_MAX_S * SECOND_NS;
-
     if (end == text || *end != '\0')
         return "want a count";
     while (voyage.pings < wanted && voyage.now_ns < until_ns)
@@ -246,7 +238,6 @@ static const char *do_pose(const char *text)
 static const char *do_sonar(const char *text)
 {
     static char answer[COMMAND_MAX];
-
     fprintf(voyage.to, "%s\n", text);
     fflush(voyage.to);
     if (!fgets(answer, sizeof answer, voyage.from))
@@ -264,7 +255,6 @@ static const struct command {
 static const char *command_run(char *line)
 {
     char *text = line + strcspn(line, " ");
-
     if (*text != '\0')
         *text++ = '\0';
     for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++)
@@ -276,7 +266,6 @@ static const char *command_run(char *line)
 static void commands_run(void)
 {
     static char line[COMMAND_MAX];
-
     while (fgets(line, sizeof line, stdin)) {
         line[strcspn(line, "\n")] = '\0';
         if (strcmp(line, "end") == 0)
@@ -296,7 +285,6 @@ static void commands_run(void)
 static int socket_pair(int type, int *sonars)
 {
     int fd[2];
-
     if (socketpair(AF_UNIX, type, 0, fd) != 0 || fcntl(fd[0], F_SETFD, FD_CLOEXEC) != 0)
         die("socketpair: %s", strerror(errno));
     *sonars = fd[1];
@@ -308,7 +296,6 @@ static void start_sonar(char **argv)
     int clock, line, talk;
     char text[32];
     const int ours = socket_pair(SOCK_STREAM, &talk);
-
     voyage.clock_fd = socket_pair(SOCK_SEQPACKET, &clock);
     voyage.line_fd = socket_pair(SOCK_STREAM | SOCK_NONBLOCK, &line);
     snprintf(text, sizeof text, "%d,%d", clock, line);
@@ -340,7 +327,6 @@ static struct device_conf device_conf(const struct conf *conf)
 {
     const struct conf_sonar *s = &conf->sonar[0];
     const bool sector = fabs(geo_wrap_pi(s->sector_rad[1] - s->sector_rad[0])) > 1e-6;
-
     return (struct device_conf){
         .range_m = s->range_m,
         .sound_speed_mps = conf->water.sound_speed_mps,
@@ -362,7 +348,6 @@ static void start_device(const char *path)
     static struct conf conf;
     struct conf_source *source;
     struct fault fault;
-
     if (conf_load(&conf, &source, path, NULL, print_fault, NULL) != 0 || conf.n_sonars == 0)
         die("%s: no good configuration of a sonar", path);
     conf_source_free(source);
@@ -382,7 +367,6 @@ static size_t read_file(const char *path, char *text, size_t size)
 {
     FILE *f = fopen(path, "r");
     const size_t n = f ? fread(text, 1, size, f) : 0;
-
     if (!f || ferror(f) || n == size)
         die("%s: cannot be read, or has more than %zu bytes", path, size - 1);
     fclose(f);
@@ -394,7 +378,6 @@ int main(int argc, char **argv)
     static char text[CONF_BYTES], ready[COMMAND_MAX];
     struct fault fault;
     int status;
-
     if (argc < 4)
         die("want CONF CAPTURE PROGRAM [OPTION...]");
     voyage.now_ns = START_NS;

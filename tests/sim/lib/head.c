@@ -49,7 +49,6 @@ static uint64_t reply(struct head *head, uint16_t id, const void *payload, size_
 {
     uint8_t frame[PING_FRAME_MAX];
     size_t length = ping_frame_build(frame, sizeof frame, id, head->conf.id, payload, n);
-
     return head->io.send(head->io.ctx, frame, length, now_ns);
 }
 
@@ -63,7 +62,6 @@ static void nack(struct head *head, uint16_t id, const char *why, uint64_t now_n
 {
     uint8_t payload[64] = {(uint8_t)id, (uint8_t)(id >> 8)};
     size_t n = strnlen(why, sizeof payload - 2);
-
     memcpy(payload + 2, why, n);
     head->counts.nacks++;
     reply(head, PING_NACK, payload, 2 + n, now_ns);
@@ -83,7 +81,6 @@ static uint64_t send_data(struct head *head, bool automatic, const struct ping36
         .data = samples,
     };
     size_t n = ping360_encode_data(frame, sizeof frame, head->conf.id, &data);
-
     return head->io.send(head->io.ctx, frame, n, now_ns);
 }
 
@@ -93,7 +90,6 @@ static void ping_begin(struct head *head, uint16_t angle, bool transmits, uint64
 {
     const int way = abs((int)angle - (int)head->angle);
     const int shorter = way < HEAD_TURN - way ? way : HEAD_TURN - way;
-
     if (head->lag_left > 0)
         head->lag_left--;
     else
@@ -115,7 +111,6 @@ static void ping_begin(struct head *head, uint16_t angle, bool transmits, uint64
 static void ping_end(struct head *head, uint64_t now_ns)
 {
     uint8_t samples[PING360_SAMPLES_MAX];
-
     head->phase = HEAD_IDLE;
     head->due_ns = HEAD_NEVER;
     if (!head->transmits) {
@@ -154,7 +149,6 @@ static void sweep_advance(struct head *head)
     const bool circle = sweep->start == 0 && sweep->stop == HEAD_TURN - 1;
     const int span = (sweep->stop - sweep->start + HEAD_TURN) % HEAD_TURN;
     const int next = head->position + head->direction * sweep->step;
-
     if (next >= 0 && next <= span) {
         head->position = next;
     } else if (!sweep_equal(sweep, &head->next_sweep)) {
@@ -244,7 +238,6 @@ static void on_general_request(struct head *head, const struct ping_frame *f, ui
     const uint8_t information[6] = {2, 0, 3, head->conf.old_firmware ? 1 : 3, head->conf.old_firmware ? 0 : 8, 0};
     const uint8_t version[4] = {1, 0, 0, 0};
     struct ping360_settings settings = head->settings;
-
     switch (get_u16(f->payload)) {
     case PING_DEVICE_INFORMATION:
         reply(head, PING_DEVICE_INFORMATION, information, sizeof information, now_ns);
@@ -275,7 +268,6 @@ static void on_transducer(struct head *head, const struct ping_frame *f, uint64_
         .n_samples = get_u16(b + 10),
     };
     const char *fault = settings_fault(&settings);
-
     if (fault != NULL) {
         nack(head, f->id, fault, now_ns);
         return;
@@ -298,7 +290,6 @@ static void on_auto_transmit(struct head *head, const struct ping_frame *f, uint
     };
     const struct ping360_sweep sweep = {get_u16(b + 10), get_u16(b + 12), b[14], b[15]};
     const char *fault = settings_fault(&settings);
-
     if (fault == NULL)
         fault = sweep_fault(&sweep);
     if (fault != NULL) {
@@ -366,7 +357,6 @@ static void take_frame(struct head *head, const struct ping_frame *f, uint64_t n
 {
     const struct request *request = request_find(head, f->id);
     const bool addressed = f->dst == head->conf.id || f->dst == 255 || (f->dst == 0 && f->src == 0);
-
     if (!addressed)
         return;
     head->counts.requests++;
@@ -385,7 +375,6 @@ static void take_frame(struct head *head, const struct ping_frame *f, uint64_t n
 void head_feed(struct head *head, const uint8_t *bytes, size_t n, uint64_t now_ns)
 {
     struct ping_frame frame;
-
     if (!head->awake) {
         const uint8_t *u = memchr(bytes, 'U', n);
         if (u == NULL)

@@ -39,7 +39,6 @@ bool line_init(struct line *line, const char *link, unsigned fixed_baud, uint64_
 static bool make_raw(int fd)
 {
     struct termios2 tio;
-
     if (ioctl(fd, TCGETS2, &tio) < 0)
         return false;
     tio.c_iflag = 0;
@@ -52,7 +51,6 @@ static bool make_raw(int fd)
 static bool make_link(const char *target, const char *link, struct fault *fault)
 {
     char temporary[LINE_PATH_MAX + 8], old[4];
-
     if (readlink(link, old, sizeof old) < 0 && errno != ENOENT)
         return fault_set(fault, "%s: exists and is no symbolic link", link);
     snprintf(temporary, sizeof temporary, "%s.new", link);
@@ -74,7 +72,6 @@ static bool plug_udp(struct line *line, struct fault *fault)
                             .sin_port = htons((uint16_t)line->udp_port)};
     socklen_t n = sizeof a;
     int fd = socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-
     if (fd < 0 || bind(fd, (struct sockaddr *)&a, n) < 0 || getsockname(fd, (struct sockaddr *)&a, &n) < 0) {
         fault_set(fault, "UDP port %d: %s", line->udp_port, strerror(errno));
         if (fd >= 0)
@@ -134,7 +131,6 @@ void line_unplug(struct line *line)
 bool line_connected(const struct line *line)
 {
     struct pollfd p = {.fd = line->fd};
-
     if (line->udp_port != LINE_NO_UDP)
         return line->fd >= 0 && line->peer.sin_port != 0;
     return line->fd >= 0 && poll(&p, 1, 0) >= 0 && (p.revents & POLLHUP) == 0;
@@ -143,7 +139,6 @@ bool line_connected(const struct line *line)
 static unsigned line_baud(const struct line *line)
 {
     struct termios2 tio;
-
     if (line->fixed_baud != 0)
         return line->fixed_baud;
     if (line->udp_port != LINE_NO_UDP)
@@ -202,7 +197,6 @@ static bool take_one(uint64_t *left)
 uint64_t line_send(struct line *line, const uint8_t *frame, size_t n, uint64_t now_ns)
 {
     struct line_faults *faults = &line->faults;
-
     if (faults->garbage > 0) {
         queue_random(line, faults->garbage, now_ns);
         faults->garbage = 0;
@@ -245,7 +239,6 @@ static ssize_t write_some(const struct line *line, const uint8_t *bytes, size_t 
 static void write_out(struct line *line, size_t n)
 {
     bool heard = line_connected(line);
-
     for (size_t done = 0, chunk; done < n; done += chunk) {
         chunk = line->faults.split ? 1 : n - done;
         if (line->udp_port != LINE_NO_UDP && chunk > DATAGRAM_MAX)

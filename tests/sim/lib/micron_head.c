@@ -94,7 +94,6 @@ static void step_on(struct micron_head *head)
     const struct micron_settings *set = &head->settings;
     unsigned span = (unsigned)(set->right + MICRON_TURN - set->left) % MICRON_TURN;
     unsigned at = (unsigned)(head->bearing + MICRON_TURN - set->left) % MICRON_TURN;
-
     if (set->control & MICRON_CONTINUOUS) {
         head->bearing = (uint16_t)((head->bearing + set->step) % MICRON_TURN);
         return;
@@ -144,7 +143,6 @@ static void ping_end(struct micron_head *head, uint64_t now_ns)
     uint8_t payload[SEANET_DATA_AT + SEANET_DATA_MAX] = {0}, samples[MICRON_BINS_MAX];
     const struct micron_settings *set = &head->shot.settings;
     size_t n = set->n_bins;
-
     head->ready_ns = MICRON_HEAD_NEVER;
     head->pings++;
     head->io.listen(head->io.ctx, &head->shot, samples);
@@ -232,7 +230,6 @@ static void take_frame(struct micron_head *head, const struct seanet_frame *f, u
 void micron_head_feed(struct micron_head *head, const uint8_t *bytes, size_t n, uint64_t now_ns)
 {
     struct seanet_frame frame;
-
     while (seanet_parser_next(&head->parser, &bytes, &n, now_ns, &frame))
         take_frame(head, &frame, now_ns);
 }

@@ -34,7 +34,6 @@ static bool in_voyage(void)
 uint64_t pace_ns(void)
 {
     struct timespec t;
-
     if (in_voyage())
         return voyage.now_ns;
     clock_gettime(CLOCK_MONOTONIC, &t);
@@ -49,7 +48,6 @@ int pace_line(void)
 static bool wait_for_turn(int input_fd, uint64_t due_ns)
 {
     struct pollfd fds[2] = {{input_fd, POLLIN, 0}, {voyage.clock_fd, POLLIN, 0}};
-
     if (write(voyage.clock_fd, &due_ns, sizeof due_ns) != sizeof due_ns || poll(fds, 2, -1) < 0)
         exit(0);
     if (fds[1].revents != 0)

@@ -35,7 +35,6 @@ static void on_stop(int signal)
 static bool number_parse(const char *text, double lo, double hi, double *out)
 {
     char *end;
-
     *out = strtod(text, &end);
     return end != text && *end == '\0' && *out >= lo && *out <= hi;
 }
@@ -99,7 +98,6 @@ static const char *command_set(struct responder *responder, const char *name, co
     const struct responder_number *number = number_find(responder, name);
     const struct line_fault *fault = line_fault_find(name);
     double value, lo = number ? number->lo : 0, hi = number ? number->hi : 60000;
-
     if (number == NULL && fault == NULL)
         return "no such command; --help lists them";
     if (!number_parse(text, lo, hi, &value)) {
@@ -116,7 +114,6 @@ static const char *command_set(struct responder *responder, const char *name, co
 static const char *command_plug(struct responder *responder, bool in)
 {
     static struct fault fault;
-
     if ((responder->line.fd >= 0) == in)
         return in ? "is plugged in already" : "is unplugged already";
     if (in)
@@ -129,7 +126,6 @@ static void command_run(struct responder *responder, char *text)
 {
     char *save = NULL, *name = strtok_r(text, " \t\r", &save), *value = strtok_r(NULL, " \t\r", &save);
     const char *why;
-
     if (name == NULL)
         return;
     if (strcmp(name, "status") == 0) {
@@ -160,7 +156,6 @@ static bool input_take(struct responder *responder)
     static char text[COMMAND_MAX];
     static size_t held;
     ssize_t n = read(STDIN_FILENO, text + held, sizeof text - 1 - held);
-
     if (n <= 0)
         return n < 0 && (errno == EINTR || errno == EAGAIN);
     held += (size_t)n;
@@ -181,7 +176,6 @@ static bool input_take(struct responder *responder)
 static void print_help(const struct responder *responder)
 {
     const struct responder_ops *ops = responder->ops;
-
     printf("%s - %s\n\nOptions:\n", ops->program, ops->about);
     if (!ops->udp_only)
         printf("  --link PATH         a symbolic link to its pseudo-terminal; removed at the end\n"
@@ -213,7 +207,6 @@ static void options_parse(struct responder *responder, int argc, char **argv, in
         const char *name = strncmp(argv[i], "--", 2) == 0 ? argv[i] + 2 : "";
         const char *text = i + 1 < argc ? argv[i + 1] : "";
         double value = 0.0;
-
         if (strcmp(name, "help") == 0) {
             print_help(responder);
             exit(0);
@@ -256,7 +249,6 @@ static uint64_t turn(struct responder *responder, uint64_t now_ns)
 {
     uint8_t bytes[4096];
     size_t n;
-
     while ((n = line_read(&responder->line, bytes, sizeof bytes, now_ns)) > 0)
         responder->ops->feed(&responder->line, bytes, n, now_ns);
     uint64_t due_ns = responder->ops->tick(&responder->line, now_ns);
@@ -270,7 +262,6 @@ static void run(struct responder *responder, const sigset_t *mask)
 {
     bool input = true;
     uint64_t next_status_ns = 0;
-
     while (!stop_wanted) {
         uint64_t now_ns = pace_ns();
         if (responder->print && now_ns >= next_status_ns) {
@@ -295,7 +286,6 @@ static void signals_prepare(sigset_t *waiting)
     static const int ending[] = {SIGTERM, SIGINT, SIGHUP};
     struct sigaction action = {.sa_handler = on_stop};
     sigset_t blocked;
-
     sigemptyset(&blocked);
     for (int i = 0; i < 3; i++) {
         sigaddset(&blocked, ending[i]);
@@ -312,7 +302,6 @@ int responder_main(int argc, char **argv, const struct responder_ops *ops)
     sigset_t waiting;
     struct fault fault;
     int udp_port = ops->udp_port;
-
     responder.ops = ops;
     responder.seed = 1;
     options_parse(&responder, argc, argv, &udp_port);

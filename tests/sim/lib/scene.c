@@ -31,11 +31,9 @@ static bool box_cast(const double *p, const double o[3], const double d[3], doub
 {
     double enter = -INFINITY, leave = INFINITY;
     int enter_axis = 0, leave_axis = 0;
-
     (void)t_s;
     for (int axis = 0; axis < 3; axis++) {
         double lo = p[2 * axis], hi = p[2 * axis + 1];
-
         if (d[axis] == 0.0) {
             if (o[axis] < lo || o[axis] > hi)
                 return false;
@@ -75,7 +73,6 @@ static bool pile_cast(const double *p, const double o[3], const double d[3], dou
     const double b = x * d[0] + y * d[1];
     const double c = x * x + y * y - radius * radius;
     const double disc = b * b - a * c;
-
     if (a == 0.0 || disc < 0.0)
         return false;
     double range = (-b - sqrt(disc)) / a;
@@ -97,7 +94,6 @@ static bool cylinder_cast(const double *p, const double o[3], const double d[3],
 static bool slope_prepare(double *p)
 {
     double normal[3];
-
     if (!(p[0] > 0.0) || fabs(p[2]) > 90.0)
         return false;
     geo_direction(geo_rad(p[1]), geo_rad(p[2]), normal);
@@ -110,7 +106,6 @@ static bool slope_cast(const double *p, const double o[3], const double d[3], do
     const double *normal = p + 1;
     const double towards = d[0] * normal[0] + d[1] * normal[1] + d[2] * normal[2];
     const double height = p[0] - (o[0] * normal[0] + o[1] * normal[1] + o[2] * normal[2]);
-
     (void)t_s;
     if (towards == 0.0 || height / towards <= SURFACE_EPSILON_M)
         return false;
@@ -140,7 +135,7 @@ static const struct {
      "pile 12 -8 1.5 -0.1 0.1\n"},
 };
 
-#define COUNT(a) (sizeof(a) / sizeof(a)[0])
+#define COUNT(a) (sizeof a / sizeof(a)[0])
 
 static const struct scene_kind *kind_find(const char *name)
 {
@@ -155,7 +150,6 @@ static const struct scene_kind *kind_find(const char *name)
 static bool shape_parse(struct scene_shape *shape, char *line, struct fault *fault)
 {
     char *save = NULL, *word = strtok_r(line, " \t\r", &save);
-
     memset(shape, 0, sizeof *shape);
     shape->kind = kind_find(word);
     if (shape->kind == NULL)
@@ -178,7 +172,6 @@ bool scene_parse(struct scene *scene, const char *name, const char *text, struct
     char copy[TEXT_MAX];
     struct fault what;
     int line_no = 0;
-
     scene->n = 0;
     if (strlen(text) >= sizeof copy)
         return fault_set(fault, "%s: longer than %d bytes", name, TEXT_MAX - 1);
@@ -200,7 +193,6 @@ bool scene_parse(struct scene *scene, const char *name, const char *text, struct
 bool scene_load(struct scene *scene, const char *name_or_file, struct fault *fault)
 {
     char text[TEXT_MAX + 1];
-
     for (size_t i = 0; i < COUNT(builtin); i++) {
         if (strcmp(builtin[i].name, name_or_file) == 0)
             return scene_parse(scene, name_or_file, builtin[i].text, fault);
@@ -223,7 +215,6 @@ bool scene_cast(const struct scene *scene, const double origin[3], const double 
                 struct scene_hit *hit)
 {
     bool found = false;
-
     for (size_t i = 0; i < scene->n; i++) {
         const struct scene_shape *shape = &scene->shape[i];
         struct scene_hit h;

@@ -32,7 +32,6 @@ static void write_truth(const struct sim *sim, const struct head_shot *shot, con
 {
     struct water_truth truth;
     const double listening_m = beam->n_samples * beam->sample_s * sim->water.sound_speed_mps / 2.0;
-
     water_look(&sim->scene, beam, &truth);
     fprintf(sim->truth, "{\"t_ns\":%llu,\"ping\":%llu,\"angle\":%u,\"azimuth_deg\":%.3f",
             (unsigned long long)shot->t_ns, (unsigned long long)beam->number, shot->settings.angle,
@@ -67,7 +66,6 @@ static void break_receiver(const struct sim *sim, const struct water_shot *beam,
     const uint32_t ring = sim->hears == SIM_HEARS_AIR ? (uint32_t)(AIR_RING_M / bin_m) : 0,
                    leak = sim->hears == SIM_HEARS_LEAK ? (uint32_t)(pulse_m / bin_m) : 0;
     uint64_t dice = sim->water.seed + beam->number;
-
     for (uint32_t i = ring; i < beam->n_samples && sim->hears != SIM_HEARS; i++) {
         dice = dice * 6364136223846793005u + 1442695040888963407u;
         samples[i] = sim->hears == SIM_HEARS_ZEROS      ? 0
@@ -92,7 +90,6 @@ static void on_listen(void *ctx, const struct head_shot *shot, uint8_t *samples)
         .n_samples = settings->n_samples,
         .number = sim->head.counts.pings,
     };
-
     memcpy(beam.origin_m, sim->pose.position_m, sizeof beam.origin_m);
     water_listen(&sim->water, &sim->scene, &beam, samples);
     add_frame(&sim->frame, azimuth_deg, beam.sample_s * sim->water.sound_speed_mps / 2.0, beam.n_samples, samples);
@@ -104,7 +101,6 @@ static void on_listen(void *ctx, const struct head_shot *shot, uint8_t *samples)
 void sim_start(struct sim *sim, const struct head_conf *conf, uint64_t now_ns)
 {
     const struct head_io io = {.ctx = sim, .send = on_send, .listen = on_listen};
-
     sim->start_ns = now_ns;
     head_init(&sim->head, conf, &io);
 }
@@ -118,7 +114,6 @@ uint64_t sim_turn(struct sim *sim, uint64_t now_ns)
 {
     uint8_t bytes[4096];
     size_t n;
-
     while ((n = line_read(&sim->line, bytes, sizeof bytes, now_ns)) > 0)
         head_feed(&sim->head, bytes, n, now_ns);
     head_tick(&sim->head, now_ns);
@@ -238,7 +233,6 @@ static const char *do_unplug(struct sim *sim, const double *arg, uint64_t now_ns
 static const char *do_plug(struct sim *sim, const double *arg, uint64_t now_ns)
 {
     static struct fault why;
-
     (void)arg;
     (void)now_ns;
     if (sim->line.fd >= 0)
@@ -301,7 +295,6 @@ static const struct command *command_find(const char *name)
 static bool number_parse(const char *word, double lo, double hi, double *out)
 {
     char *end;
-
     if (strcmp(word, "on") == 0 || strcmp(word, "off") == 0)
         *out = strcmp(word, "on") == 0;
     else if (*out = strtod(word, &end), end == word || *end != '\0')
@@ -314,7 +307,6 @@ bool sim_command(struct sim *sim, const char *text, uint64_t now_ns, char *answe
     char copy[SIM_ANSWER_MAX], *save = NULL;
     double arg[COMMAND_ARGS] = {0};
     int n = 0;
-
     snprintf(copy, sizeof copy, "%s", text);
     const char *word = strtok_r(copy, " \t\r\n", &save);
     const struct command *command = word ? command_find(word) : NULL;
@@ -350,7 +342,6 @@ void sim_print_status(const struct sim *sim, FILE *out)
 {
     static const char *const phases[] = {"idle", "listening", "between pings"};
     const struct head *head = &sim->head;
-
     fprintf(out, "%s, %s%s, angle %u, %llu pings, %llu requests, %llu nacks, %llu bytes sent, %llu lost",
             sim->line.fd < 0             ? "unplugged"
             : line_connected(&sim->line) ? "open"

@@ -47,7 +47,6 @@ void twin_listen(double az_deg, double range_m, double pulse_s, uint32_t n, unsi
         .n_samples = n,
         .number = twin.pings++,
     };
-
     memcpy(shot.origin_m, twin.position_m, sizeof shot.origin_m);
     water_listen(&twin.water, &twin.scene, &shot, counts);
     for (uint32_t i = 0; i < n; i++) { /* the water counts the root of pressure */
@@ -76,7 +75,6 @@ static bool command_fault(const char *line)
     char name[16];
     double value;
     int used = 0;
-
     if (sscanf(line, "%15s %lf%n", name, &value, &used) != 2 || line[used] != '\0' ||
         !(value >= 0 && value <= 1e6))
         return false;
@@ -96,14 +94,12 @@ static bool parse_pose(const char *text, const char *format)
 {
     double *p = twin.position_m;
     int used = 0;
-
     return sscanf(text, format, &p[0], &p[1], &p[2], &twin.yaw_deg, &used) == 4 && text[used] == '\0';
 }
 
 static bool command_run(void *ctx, const char *line)
 {
     struct fault fault;
-
     (void)ctx;
     if (strcmp(line, "quit") == 0)
         stop_wanted = 1;
@@ -123,7 +119,6 @@ static bool command_run(void *ctx, const char *line)
 static const char *status(void *ctx)
 {
     static char text[TEXT_MAX];
-
     (void)ctx;
     snprintf(text, sizeof text, "%s, %llu pings, %llu bytes sent, %llu lost",
              twin.line.fd < 0             ? "unplugged"
@@ -179,7 +174,6 @@ static int begin(int argc, char **argv)
     const char *link = NULL, *scene = "box";
     unsigned baud = 0;
     struct fault fault;
-
     twin.water = (struct water){.sound_speed_mps = 1500.0, .noise_counts = 8.0, .ghost = 0.5, .seed = 1};
     for (int i = 1; i < argc; i += 2) {
         if (strcmp(argv[i], "--help") == 0) {
@@ -213,7 +207,6 @@ static uint64_t turn(uint64_t now_ns)
 {
     uint8_t bytes[4096];
     size_t n;
-
     while ((n = line_read(&twin.line, bytes, sizeof bytes, now_ns)) > 0)
         twin_ops->feed(bytes, n, now_ns);
     const uint64_t tick_ns = twin_ops->tick(now_ns);
@@ -226,7 +219,6 @@ int twin_main(int argc, char **argv, const struct twin_ops *ops)
     struct sigaction action = {.sa_handler = on_stop};
     sigset_t blocked, waiting;
     bool input = true;
-
     twin_ops = ops;
     sigemptyset(&blocked);
     sigaddset(&blocked, SIGTERM);

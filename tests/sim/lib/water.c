@@ -85,7 +85,6 @@ static void pulse_add(double complex *field, const struct water *water, const st
 {
     const double begin_s = 2.0 * range_m / water->sound_speed_mps, length_s = pulse_length_s(shot);
     const double first = floor(begin_s / shot->sample_s);
-
     if (first >= shot->n_samples)
         return;
     for (uint32_t i = (uint32_t)first; i < shot->n_samples; i++) {
@@ -136,7 +135,6 @@ static void rays_add(double complex *field, const struct water *water, const str
     const double az_width_deg = heads[shot->head].az_aperture_deg,
                  el_width_deg = heads[shot->head].el_aperture_deg;
     double direction[3], weight[RAYS_AZ][RAYS_EL], az_deg[RAYS_AZ][RAYS_EL], el_deg[RAYS_AZ][RAYS_EL], sum = 0.0;
-
     for (int i = 0; i < RAYS_AZ; i++) {
         for (int k = 0; k < RAYS_EL; k++) {
             az_deg[i][k] = ((i + dice_uniform(dice)) / RAYS_AZ * 2.0 - 1.0) * az_width_deg;
@@ -197,7 +195,6 @@ void water_look(const struct scene *scene, const struct water_shot *shot, struct
 {
     struct scene_hit hit;
     double direction[3];
-
     truth->nearest_m = INFINITY;
     for (int i = 0; i < LOOK_AZ; i++) {
         for (int k = 0; k < LOOK_EL; k++) {

@@ -107,7 +107,7 @@ static void check_broken(const struct broken *cases, size_t n)
     }
 }
 
-#define CHECK_BROKEN(cases) check_broken(cases, sizeof(cases) / sizeof(cases)[0])
+#define CHECK_BROKEN(cases) check_broken(cases, sizeof cases / sizeof(cases)[0])
 
 #define SECTIONS                                                                                                  \
     "expected one of [sonar NAME], [water], [extract], [background], [grid], [grids], [map], [pose], "            \
@@ -647,7 +647,7 @@ TEST(units)
     struct conf conf;
     char text[256];
 #define CHECK_UNITS(table, lines, field)                                                                          \
-    for (size_t i = 0; i < sizeof(table) / sizeof(table)[0]; i++) {                                               \
+    for (size_t i = 0; i < sizeof table / sizeof(table)[0]; i++) {                                                \
         snprintf(text, sizeof text, BASE lines " = %s\n", (table)[i].text);                                       \
         CHECK_INT(load(&conf, text), 0);                                                                          \
         CHECK_STR(faults_seen, "");                                                                               \

@@ -204,7 +204,6 @@ TEST(many_timers_fire_in_order_and_soon)
     uint64_t random = test_seed();
     int armings = 0, disarmed = 0;
     const double started_s = cpu_s();
-
     for (int i = 0; i < MANY; i++)
         many[i].timer = (struct loop_timer){.fire = on_many, .ctx = (void *)(intptr_t)i};
     for (int n = 0; n < 3 * MANY; n++) {

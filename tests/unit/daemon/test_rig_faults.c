@@ -270,7 +270,6 @@ static bool velocity_doubted(void)
     json_t *status = rig_ask("status", "%s", "");
     const char *doubt = json_string_value(json_object_get(json_object_get(status, "pose"), "doubt"));
     const bool is = doubt && strstr(doubt, "exactly 0");
-
     CHECK(doubt != NULL);
     json_decref(status);
     return is;

@@ -44,7 +44,6 @@ TEST(power_of_a_constant_in_speckle)
 {
     static const double coherent[] = {0.0, 0.5, 3.0, 20.0, 400.0};
     struct dice dice = dice_of(5, 5);
-
     for (size_t i = 0; i < sizeof coherent / sizeof coherent[0]; i++) {
         const double x = 0.5 * (coherent[i] + 1.0);
         int below = 0;
@@ -71,7 +70,6 @@ static bool stands_out(unsigned t)
     const bool glints = b->glint[t].power > 0.0;
     const uint32_t begin = glints && b->glint[t].bin < b->first[t] ? b->glint[t].bin : b->first[t];
     const uint32_t end = glints && b->glint[t].bin >= b->end[t] ? b->glint[t].bin + 1 : b->end[t];
-
     for (uint32_t i = begin; i < end + p && i < sound.world.bins; i++) {
         const double over = hearable_background_at(&sound.insonify, &sound.margins, b, i, 1.0).over;
         if (isfinite(over) && sound.samples[0][i] >= drawn_count(&sound.world, over * 1.0001))
@@ -83,7 +81,6 @@ static bool stands_out(unsigned t)
 TEST(heard_targets_stand_out_of_the_samples)
 {
     int heard[DRAWN_CLASSES] = {0}, out[DRAWN_CLASSES] = {0};
-
     for (uint64_t seed = 1; seed <= 6; seed++)
         for (unsigned n = 0; n < 36; n++) {
             const struct drawn_world w = drawn_world_of(seed, n);
@@ -109,7 +106,6 @@ TEST(heard_targets_stand_out_of_the_samples)
 TEST(background_does_not)
 {
     uint64_t cells = 0, exceed = 0;
-
     for (uint64_t seed = 1; seed <= 6; seed++)
         for (unsigned n = 0; n < 36; n++) {
             const struct drawn_world w = drawn_world_of(seed, n);

@@ -7,7 +7,7 @@
 #include "grid/geometry.h"
 #include "tests/sim/lib/sim.h"
 
-#define COUNT(a) (sizeof(a) / sizeof(a)[0])
+#define COUNT(a) (sizeof a / sizeof(a)[0])
 #define MS       UINT64_C(1000000)
 
 /* ---- scene ---- */
@@ -16,7 +16,6 @@ static struct scene scene_of(const char *text)
 {
     struct scene scene;
     struct fault fault = {""};
-
     if (!scene_parse(&scene, "test", text, &fault))
         printf("scene: %s\n", fault.text);
     return scene;
@@ -61,7 +60,6 @@ TEST(ray_meets_shapes_where_geometry_says)
         const struct scene scene = scene_of(row[i].scene);
         struct scene_hit hit = {INFINITY, 0, 0};
         double direction[3];
-
         geo_direction(geo_rad(row[i].az_deg), geo_rad(row[i].el_deg), direction);
         bool found = scene_cast(&scene, row[i].origin, direction, row[i].t_s, &hit);
         if (found != isfinite(row[i].range_m))
@@ -133,14 +131,12 @@ TEST(echo_begins_within_one_pulse_of_the_true_range)
     static const char *const scenes[] = {"box -6 9 -5 4 -20 20", "cylinder 6 0 0.4", "slope 6 0 0",
                                          "cylinder 2 0 0.1", "box -20 17 -20 20 -20 20"};
     const double pulse_m = 107e-6 * 1500 / 2;
-
     for (size_t i = 0; i < COUNT(scenes); i++) {
         const struct scene scene = scene_of(scenes[i]);
         for (uint64_t number = 1; number <= 20; number++) {
             const struct water_shot shot = shot_ahead(number);
             struct water_truth truth;
             uint8_t samples[WATER_MAX_SAMPLES];
-
             water_listen(&quiet, &scene, &shot, samples);
             water_look(&scene, &shot, &truth);
             double first_m = first_above(&shot, samples, 40);
@@ -158,7 +154,6 @@ TEST(nothing_is_heard_in_open_water_without_noise)
     const struct scene scene = scene_of("");
     const struct water_shot shot = shot_ahead(1);
     uint8_t samples[WATER_MAX_SAMPLES];
-
     water_listen(&quiet, &scene, &shot, samples);
     CHECK_INT(samples[0], 255); /* ring-down */
     CHECK(isinf(first_above(&shot, samples, 0)));
@@ -169,7 +164,6 @@ TEST(noise_floor_has_the_mean_that_was_asked_for)
     const struct scene scene = scene_of("");
     double sum = 0;
     int n = 0;
-
     for (uint64_t number = 1; number <= 20; number++) {
         const struct water_shot shot = shot_ahead(number);
         uint8_t samples[WATER_MAX_SAMPLES];
@@ -186,7 +180,6 @@ TEST(room_has_a_ghost_one_room_behind_the_wall)
     const struct water_shot shot = shot_ahead(1);
     uint8_t samples[WATER_MAX_SAMPLES];
     struct water silent = quiet;
-
     water_listen(&quiet, &scene, &shot, samples);
     const uint32_t at = (uint32_t)((5 + 8 + 0.05) / sample_m(&shot));
     CHECK(samples[at] > 30);
@@ -201,7 +194,6 @@ TEST(same_seed_gives_the_same_samples_and_another_does_not)
     struct water_shot shot = shot_ahead(7);
     struct water other = noisy;
     uint8_t a[WATER_MAX_SAMPLES], b[WATER_MAX_SAMPLES];
-
     water_listen(&noisy, &scene, &shot, a);
     water_listen(&noisy, &scene, &shot, b);
     CHECK(memcmp(a, b, sizeof a) == 0);
@@ -230,7 +222,6 @@ static uint64_t bench_send(void *ctx, const uint8_t *bytes, size_t n, uint64_t n
 {
     struct bench *b = ctx;
     struct ping_frame frame;
-
     while (ping_parser_next(&b->parser, &bytes, &n, now_ns, &frame)) {
         if (b->n == (int)COUNT(b->id))
             continue;
@@ -264,7 +255,6 @@ static void bench_init(struct bench *b, const struct head_conf *conf)
 static void bench_run(struct bench *b, uint64_t ns)
 {
     const uint64_t end_ns = b->now_ns + ns;
-
     while (head_deadline(&b->head) <= end_ns) {
         b->now_ns = head_deadline(&b->head) > b->now_ns ? head_deadline(&b->head) : b->now_ns;
         head_tick(&b->head, b->now_ns);
@@ -307,7 +297,6 @@ static void bench_request(struct bench *b, uint16_t id)
 TEST(head_says_who_it_is)
 {
     struct bench b;
-
     bench_init(&b, &modern);
     bench_request(&b, PING_DEVICE_INFORMATION);
     CHECK_INT(b.n, 1);
@@ -324,7 +313,6 @@ TEST(head_says_who_it_is)
 TEST(single_ping_takes_the_way_the_listening_and_the_processing)
 {
     struct bench b;
-
     bench_init(&b, &modern);
     bench_transducer(&b, &settings_20m, true);
     bench_run(&b, 5000 * MS);
@@ -413,7 +401,6 @@ TEST(auto_transmit_sweeps_as_the_device_does)
 TEST(full_circle_goes_on_through_zero)
 {
     struct bench b;
-
     bench_init(&b, &modern);
     bench_auto(&b, &settings_20m, (struct ping360_sweep){0, 399, 10, 0});
     bench_run(&b, 10000 * MS);
@@ -424,7 +411,6 @@ TEST(full_circle_goes_on_through_zero)
 TEST(auto_transmit_waits_for_the_line_and_the_delay)
 {
     struct bench b;
-
     bench_init(&b, &modern);
     bench_auto(&b, &settings_20m, (struct ping360_sweep){0, 399, 1, 50});
     bench_run(&b, 4000 * MS);
@@ -435,7 +421,6 @@ TEST(motor_off_ends_auto_transmit)
 {
     struct bench b;
     uint8_t frame[PING_FRAME_MAX];
-
     bench_init(&b, &modern);
     bench_auto(&b, &settings_20m, (struct ping360_sweep){0, 399, 1, 0});
     bench_run(&b, 500 * MS);
@@ -449,7 +434,6 @@ TEST(old_firmware_refuses_auto_transmit)
 {
     struct bench b;
     struct head_conf old = modern;
-
     old.old_firmware = true;
     bench_init(&b, &old);
     bench_auto(&b, &settings_20m, (struct ping360_sweep){0, 399, 1, 0});
@@ -462,7 +446,6 @@ TEST(changed_settings_come_late_and_a_changed_sector_after_the_sweep)
 {
     struct bench b;
     struct ping360_settings near = settings_20m;
-
     near.sample_period = 88;
     near.transmit_us = 11;
     bench_init(&b, &modern);
@@ -483,7 +466,6 @@ TEST(strict_head_is_deaf_until_it_has_heard_a_u)
 {
     struct bench b;
     struct head_conf strict = modern;
-
     strict.strict_autobaud = true;
     bench_init(&b, &strict);
     bench_request(&b, PING_DEVICE_INFORMATION);
@@ -496,7 +478,6 @@ TEST(strict_head_is_deaf_until_it_has_heard_a_u)
 TEST(forced_range_shows_in_the_frames)
 {
     struct bench b;
-
     bench_init(&b, &modern);
     b.head.forced_range_m = 5;
     bench_transducer(&b, &settings_20m, true);
@@ -508,7 +489,6 @@ TEST(any_bytes_leave_the_head_alive)
 {
     uint64_t random = test_seed();
     struct bench b;
-
     bench_init(&b, &modern);
     for (int i = 0; i < 2000; i++) {
         uint8_t bytes[64];

@@ -36,7 +36,6 @@ static const char *program_line(struct program *p)
 {
     static char line[256];
     char *newline;
-
     while ((newline = memchr(p->held, '\n', p->n)) == NULL) {
         ssize_t got = patience_for(p->from, POLLIN) ? read(p->from, p->held + p->n, sizeof p->held - p->n) : 0;
         if (got <= 0)
@@ -56,7 +55,6 @@ static void program_start(struct program *p)
     char self[PATH_MAX], path[PATH_MAX + 16];
     int to[2], from[2];
     ssize_t n = readlink("/proc/self/exe", self, sizeof self - 1);
-
     memset(p, 0, sizeof *p);
     self[n > 0 ? n : 0] = '\0';
     snprintf(path, sizeof path, "%s/ping360_sim", dirname(self));
@@ -102,7 +100,6 @@ static bool link_exists(const struct program *p)
 static int program_stop(struct program *p)
 {
     int status;
-
     kill(p->pid, SIGTERM);
     waitpid(p->pid, &status, 0);
     close(p->to);
@@ -116,7 +113,6 @@ static int host_open(const struct program *p)
 {
     struct termios tio;
     int fd = open(p->link, O_RDWR | O_NOCTTY | O_NONBLOCK);
-
     if (fd >= 0 && tcgetattr(fd, &tio) == 0) {
         cfmakeraw(&tio);
         cfsetspeed(&tio, B921600);
@@ -130,7 +126,6 @@ static int host_frame(int fd, struct ping_parser *parser)
 {
     uint8_t byte;
     struct ping_frame frame;
-
     while (patience_for(fd, POLLIN)) {
         const uint8_t *bytes = &byte;
         size_t n = 1;
@@ -146,7 +141,6 @@ static void host_send(int fd, uint16_t request)
 {
     uint8_t frame[PING_FRAME_MAX];
     size_t n = ping_encode_request(frame, sizeof frame, request);
-
     CHECK_INT(write(fd, frame, n), n);
 }
 
@@ -160,7 +154,6 @@ static int host_ping(int fd, struct ping_parser *parser)
 {
     uint8_t frame[PING_FRAME_MAX];
     size_t n = ping360_encode_transducer(frame, sizeof frame, &settings_20m, true);
-
     if (write(fd, frame, n) != (ssize_t)n)
         return -1;
     return host_frame(fd, parser);
@@ -171,7 +164,6 @@ TEST(program_speaks_over_its_terminal_and_makes_faults)
     struct program p;
     struct ping_parser parser;
     char ready[128];
-
     ping_parser_init(&parser, PING_PAYLOAD_MAX);
     program_start(&p);
     snprintf(ready, sizeof ready, "ready %s", p.link);
@@ -205,7 +197,6 @@ TEST(program_is_unplugged_and_plugged_in_again)
 {
     struct program p;
     struct ping_parser parser;
-
     ping_parser_init(&parser, PING_PAYLOAD_MAX);
     program_start(&p);
     program_line(&p);

@@ -51,7 +51,6 @@ TEST(host)
 TEST(a_long_host)
 {
     char host[400];
-
     memset(host, 'a', sizeof host);
     host[sizeof host - 1] = '\0';
     CHECK(!web_guard_host(&guard, host));

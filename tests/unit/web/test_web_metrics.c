@@ -10,7 +10,6 @@ static void check_answers(const char *stats, const char *sectors, const char *li
     char *text = NULL;
     size_t n;
     FILE *out = open_memstream(&text, &n);
-
     CHECK(read[0] && read[1] && read[2] && out);
     web_metrics_print(out, read);
     fclose(out);

@@ -10,7 +10,6 @@ static char *added(const char *method, const char *const *parts)
     struct fault fault = {""};
     bool good = true;
     char *text;
-
     for (; *parts && good; parts++)
         good = web_query_add(web_query_method(method), params, *parts, strlen(*parts), &fault);
     text = good ? json_dumps(params, JSON_COMPACT | JSON_SORT_KEYS) : strdup(fault.text);
@@ -22,7 +21,6 @@ static void check(const char *method, const char *one, const char *two, const ch
 {
     const char *const parts[] = {one, two, NULL};
     char *text = added(method, parts);
-
     CHECK_STR(text, want);
     free(text);
 }
@@ -69,7 +67,6 @@ TEST(a_value_with_a_nul)
 {
     json_t *params = json_object();
     struct fault fault;
-
     CHECK(!web_query_add(web_query_method("blocked"), params, "frame=a\0b", 9, &fault));
     CHECK_INT(json_object_size(params), 0);
     json_decref(params);
@@ -80,7 +77,6 @@ TEST(a_value_that_is_too_long)
     static char text[WEB_QUERY_VALUE_MAX + 100] = "frame=";
     json_t *params = json_object();
     struct fault fault;
-
     memset(text + 6, 'a', WEB_QUERY_VALUE_MAX + 1);
     CHECK(!web_query_add(web_query_method("blocked"), params, text, 6 + WEB_QUERY_VALUE_MAX + 1, &fault));
     CHECK(web_query_add(web_query_method("blocked"), params, text, 6 + WEB_QUERY_VALUE_MAX, &fault));

@@ -32,7 +32,6 @@ static char folder[] = "/tmp/sonard-settings-XXXXXX", path[80], token_path[80];
 static void write_file(const char *at, const char *text, mode_t mode)
 {
     FILE *out = fopen(at, "w");
-
     CHECK(out != NULL);
     fputs(text, out);
     fclose(out);
@@ -43,7 +42,6 @@ static const char *content(void)
 {
     static char text[4096];
     FILE *in = fopen(path, "r");
-
     text[in ? fread(text, 1, sizeof text - 1, in) : 0] = '\0';
     if (in)
         fclose(in);
@@ -53,7 +51,6 @@ static const char *content(void)
 static void begin(struct web_settings *s)
 {
     struct fault fault = {""};
-
     unlink(path);
     write_file(token_path, "0123456789abcdef\n", 0600);
     CHECK(web_settings_open(s, path, token_path, &fault));
@@ -64,7 +61,6 @@ static bool change(struct web_settings *s, const char *text)
 {
     struct web_setting setting;
     struct fault fault = {""};
-
     journal[0] = '\0';
     return web_settings_parse(text, &setting, &fault) && web_settings_change(s, &setting, &fault) &&
            web_settings_save(s, &fault);
@@ -97,7 +93,6 @@ TEST(lines)
     char longer[WEB_SETTINGS_LINE + 20] = "[grid] a = ";
     struct web_setting setting;
     struct fault fault;
-
     for (size_t i = 0; i < sizeof good / sizeof *good; i++) {
         CHECK(web_settings_parse(good[i], &setting, &fault));
         CHECK(strcmp(setting.text, good[i]) == 0);
@@ -118,7 +113,6 @@ TEST(tokens)
         "", "0", "0123456789abcde", "0123456789abcdefg", "1123456789abcdef", "0123456789abcdeF"};
     static struct web_settings s;
     struct fault fault;
-
     begin(&s);
     CHECK(web_settings_token(&s, "0123456789abcdef"));
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++)
@@ -137,7 +131,6 @@ TEST(a_key_stands_once_and_its_section_too)
 {
     static struct web_settings s;
     struct fault fault;
-
     begin(&s);
     CHECK(change(&s, "[grid] forget = 220 s"));
     CHECK(change(&s, "[extract] floor = 9"));
@@ -158,7 +151,6 @@ TEST(files_of_others_are_left_alone)
     static const char text[] = "[grid]\nclear_for = 20 s ; mine\n";
     static struct web_settings s;
     struct fault fault;
-
     begin(&s);
     write_file(path, text, 0644);
     CHECK(!web_settings_open(&s, path, token_path, &fault));
@@ -169,7 +161,6 @@ TEST(a_full_file_and_a_missing_folder_change_nothing)
 {
     static struct web_settings s;
     char text[60];
-
     begin(&s);
     for (int i = 0; i < WEB_SETTINGS_MAX; i++) {
         snprintf(text, sizeof text, "[grid] k%d = 1", i);
@@ -192,7 +183,6 @@ TEST(a_change_is_not_in_the_file_before_it_is_saved)
     struct web_setting setting;
     struct fault fault;
     char before[4096], *text, *file;
-
     begin(&s);
     CHECK(change(&s, "[grid] clear_for = 20 s"));
     snprintf(before, sizeof before, "%s", content());
@@ -216,7 +206,6 @@ TEST(a_change_is_not_in_the_file_before_it_is_saved)
 TEST(the_disk_has_confirmed_a_file_before_it_takes_the_name)
 {
     struct web_settings s;
-
     begin(&s);
     CHECK(change(&s, "[grid] clear_for = 20 s"));
     CHECK_STR(journal, "sync rename ");

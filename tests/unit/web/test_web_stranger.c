@@ -7,7 +7,6 @@ static bool has(const char *host, const char *words)
 {
     char *page = web_stranger_page(host, "192.0.2.1:9360");
     const bool found = page && strstr(page, words);
-
     free(page);
     return found;
 }

@@ -196,7 +196,6 @@ static bool write_message(struct mcap_writer *w, int channel, uint32_t sequence,
     struct fault fault;
     const struct mcap_message message = {
         .sequence = sequence, .log_ns = log_ns, .publish_ns = log_ns, .data = data, .size = size};
-
     return mcap_write_message(w, channel, &message, &fault);
 }
 

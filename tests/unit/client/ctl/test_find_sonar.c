@@ -62,7 +62,6 @@ static bool open_far(struct port *port, const char *rest, struct fault *fault)
 {
     const char *baud = strrchr(rest, ':');
     const size_t used = strlen(opened);
-
     snprintf(opened + used, sizeof opened - used, "%s;", rest);
     port_baud = baud ? (unsigned)atoi(baud + 1) : 0;
     port->error = far.lost ? ENOENT : 0;
@@ -74,7 +73,6 @@ static bool open_far(struct port *port, const char *rest, struct fault *fault)
 static ssize_t read_far(struct port *port, void *buf, size_t size)
 {
     const size_t n = n_waiting < size ? n_waiting : size;
-
     if (far.breaks) {
         port->error = EIO;
         return -1;
@@ -91,7 +89,6 @@ static ssize_t write_far(struct port *port, const void *buf, size_t size)
     uint8_t wanted[32];
     const size_t n = ping_frame_build(wanted, sizeof wanted, PING_GENERAL_REQUEST, 0, who, sizeof who);
     const uint8_t *bytes = buf;
-
     port->refused += far.refuses;
     if (size && bytes[0] == 'U') {
         awake = had_break && !break_on;
@@ -133,7 +130,6 @@ const struct port_ops *__wrap_port_find(const char *address, const char **rest, 
 const struct port_ops *__wrap_port_find(const char *address, const char **rest, struct fault *fault)
 {
     const char *colon = strchr(address, ':');
-
     *rest = colon ? colon + 1 : "";
     if (colon)
         return &wire;
@@ -163,7 +159,6 @@ static struct far answering(const uint8_t *frame, size_t n)
 static size_t information(uint8_t *out, size_t size, uint8_t type)
 {
     const uint8_t payload[] = {type, 1, 3, 29, 2, 0};
-
     return ping_frame_build(out, size, PING_DEVICE_INFORMATION, 1, payload, sizeof payload);
 }
 
@@ -194,7 +189,6 @@ TEST(a_refusal_tells_an_old_echosounder)
                   other[] = {PING360_MOTOR_OFF & 0xff, PING360_MOTOR_OFF >> 8, 'n', 'o', 0};
     uint8_t frame[64];
     size_t n = ping_frame_build(frame, sizeof frame, PING_NACK, 1, refused, sizeof refused);
-
     CHECK(find("/dev/ttyUSB0", true, answering(frame, n)));
     CHECK_STR(found.device ? found.device : "none", "ping1d");
     CHECK_STR(found.port, "serial:/dev/ttyUSB0:115200");
@@ -206,7 +200,6 @@ TEST(a_ping360_is_found_at_the_faster_rate_if_it_follows)
 {
     uint8_t frame[64];
     struct far head = answering(frame, information(frame, sizeof frame, 2));
-
     CHECK(find("/dev/ttyUSB0", true, head));
     CHECK_STR(found.port, "serial:/dev/ttyUSB0:921600");
     CHECK_STR(opened, "/dev/ttyUSB0:115200;/dev/ttyUSB0:921600;");
@@ -233,7 +226,6 @@ TEST(what_speaks_by_itself_is_not_asked)
                          .n_says = seanet_build(alive, sizeof alive, head, nothing, sizeof nothing)};
     struct far surveyor = {.says = pings,
                            .n_says = ping_frame_build(pings, sizeof pings, SURVEYOR_ATOF_POINTS, 1, nothing, 4)};
-
     CHECK(micron.n_says && find("/dev/ttyUSB0", false, micron));
     CHECK_STR(found.device ? found.device : "none", "micron");
     CHECK_STR(found.how, "received a SeaNet head's messages");
@@ -258,7 +250,6 @@ TEST(the_pings_of_a_ping360_tell_it)
                                       .data_length = sizeof data,
                                       .n_data = sizeof data};
     const struct far head = {.says = frame, .n_says = ping360_encode_data(frame, sizeof frame, 2, &ping)};
-
     CHECK(head.n_says && find("udp:10.0.0.1:9092", false, head));
     CHECK_STR(found.device ? found.device : "none", "ping360");
     CHECK_STR(found.how, "received its pings");
@@ -267,7 +258,6 @@ TEST(the_pings_of_a_ping360_tell_it)
 TEST(no_answer_says_what_was_tried)
 {
     const struct far nobody = {0};
-
     CHECK(!find("/dev/ttyUSB0", true, nobody));
     CHECK_STR(fault.text, "/dev/ttyUSB0: no known sonar detected, and no answer at 115200 or 921600 baud");
     CHECK_STR(opened, "/dev/ttyUSB0:115200;/dev/ttyUSB0:921600;");

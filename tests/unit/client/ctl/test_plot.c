@@ -16,7 +16,6 @@ static char *draw(json_t *image, json_t *sectors, const char *title, double rang
     char *svg = NULL;
     size_t size = 0;
     FILE *out = open_memstream(&svg, &size);
-
     CHECK(plot_svg(out, image, sectors, &conf));
     fclose(out);
     return svg;
@@ -27,7 +26,6 @@ static bool well_formed(const char *s)
 {
     const char *open[32];
     size_t length[32], depth = 0, roots = 0;
-
     while (*s) {
         if (*s == '&') {
             const char *end = strchr(s, ';');
@@ -40,7 +38,6 @@ static bool well_formed(const char *s)
             const bool closing = s[1] == '/';
             const char *name = s + 1 + closing;
             size_t n = 0;
-
             while (isalnum((unsigned char)name[n]))
                 n++;
             if (n == 0)
@@ -82,7 +79,6 @@ static bool well_formed(const char *s)
 static size_t occurrences(const char *text, const char *what)
 {
     size_t n = 0;
-
     for (const char *at = strstr(text, what); at; at = strstr(at + 1, what))
         n++;
     return n;
@@ -115,7 +111,6 @@ TEST(the_checker_finds_what_is_not_xml)
 TEST(beams_echoes_and_sectors_are_drawn)
 {
     json_t *rows = json_array();
-
     for (int i = 0; i < 10; i++)
         json_array_append_new(rows, row(0.9 * i, 10, "00ff0080", i % 2 ? 7.5 : 0));
     json_t *image = image_of("front", rows);
@@ -147,7 +142,6 @@ TEST(north_is_marked_where_the_heading_is_known)
     char *svg = NULL;
     size_t size = 0;
     FILE *out = open_memstream(&svg, &size);
-
     CHECK(plot_svg(out, NULL, NULL, &conf));
     fclose(out);
     CHECK(well_formed(svg));
@@ -165,7 +159,6 @@ TEST(ranges_are_not_written_over_echoes)
 {
     json_t *image = image_of("front", json_pack("[o]", row(60, 10, "00", 4)));
     char *with = draw(image, NULL, NULL, 0), *without = draw(NULL, NULL, NULL, 10);
-
     CHECK(strstr(without, "<text x=\"1143\" y=\"-615\">4 m</text>"));
     CHECK(strstr(with, "<text x=\"1320\" y=\"45\">4 m</text>"));
     free(with);
@@ -177,7 +170,6 @@ TEST(an_echo_stands_where_it_was_heard)
 {
     json_t *image = image_of("front", json_pack("[o]", row(90, 10, "00", 5)));
     char *svg = draw(image, NULL, NULL, 0);
-
     CHECK(strstr(svg, "<circle cx=\"1650\" cy=\"0\" r=\"14\"/>")); /* starboard, half of 3300 tenths */
     free(svg);
     json_decref(image);
@@ -187,7 +179,6 @@ TEST(names_cannot_break_the_picture)
 {
     json_t *image = image_of("a<b>&\"c'\n\x7f", json_array());
     char *svg = draw(image, NULL, NULL, 0);
-
     CHECK(well_formed(svg));
     CHECK(strstr(svg, "a&lt;b&gt;&amp;&quot;c'??"));
     free(svg);
@@ -221,13 +212,11 @@ TEST(nothing_and_nonsense_are_drawn_as_nothing)
         "{\"sectors\":[{\"azimuth_deg\":0,\"width_deg\":1e-9,\"state\":7}]}",
         "{\"sectors\":[{\"azimuth_deg\":-1e9,\"width_deg\":5,\"free_to_m\":1e-320}]}",
     };
-
     for (size_t i = 0; i < sizeof images / sizeof *images; i++) {
         for (size_t k = 0; k < sizeof sectors / sizeof *sectors; k++) {
             json_t *image = json_loads(images[i], JSON_DECODE_ANY, NULL);
             json_t *list = json_loads(sectors[k], JSON_DECODE_ANY, NULL);
             char *svg = draw(image, list, NULL, 0);
-
             CHECK(image && list && well_formed(svg));
             CHECK(!strstr(svg, "nan") && !strstr(svg, "inf"));
             free(svg);
@@ -242,7 +231,6 @@ TEST(a_turn_of_noise_stays_small)
     uint64_t seed = test_seed();
     json_t *rows = json_array();
     char samples[1025];
-
     for (int i = 0; i < 400; i++) {
         for (int k = 0; k < 1024; k++)
             samples[k] = "0123456789abcdef"[test_random(&seed) % 16];
@@ -262,13 +250,11 @@ TEST(a_turn_of_noise_stays_small)
 TEST(the_loudest_sample_survives_resampling)
 {
     uint64_t seed = test_seed();
-
     for (int round = 0; round < 200; round++) {
         const size_t n = test_random(&seed) % 700 + 1, at = test_random(&seed) % n;
         const double r1_m = 1 + 49 * test_uniform(&seed);
         char samples[1401];
         struct polar polar;
-
         for (size_t i = 0; i < n; i++)
             memcpy(samples + 2 * i, i == at ? "ff" : "10", 2);
         samples[2 * n] = '\0';

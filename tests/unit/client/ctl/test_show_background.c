@@ -26,7 +26,6 @@ static FILE *begin(void)
 static char at(double ahead_m, double right_m)
 {
     const int line = (int)lround(15 - ahead_m * 31 / 12), column = (int)lround(30 + right_m * 62 / 12);
-
     return text[line * 62 + column];
 }
 
@@ -34,7 +33,6 @@ TEST(the_drawing_shows_each_direction)
 {
     json_t *result = json_loads(PICTURE, 0, NULL);
     FILE *out = begin();
-
     CHECK(result != NULL);
     show_background_draw(out, result);
     fclose(out);
@@ -51,7 +49,6 @@ TEST(without_a_template_nothing_is_drawn)
 {
     json_t *result = json_loads("{\"rows\":[]}", 0, NULL);
     FILE *out = begin();
-
     show_background_draw(out, result);
     fclose(out);
     CHECK_STR(text, "no template is in force: nothing to draw\n");
@@ -62,7 +59,6 @@ TEST(the_picture_reaches_beyond_what_is_blind)
 {
     json_t *result = json_loads(PICTURE, 0, NULL);
     FILE *out = begin();
-
     CHECK(show_background_svg(out, result));
     fclose(out);
     CHECK(strstr(text, "the vehicle's own echoes"));
@@ -80,7 +76,6 @@ TEST(the_picture_reaches_beyond_what_is_blind)
 static const char *state(const char *saved, const char *learning, const char *happened)
 {
     char given[1000];
-
     snprintf(given, sizeof given, STATE, saved, learning, happened);
 
     json_t *result = json_loads(given, 0, NULL);

@@ -16,7 +16,6 @@ static void check_text(void (*show)(FILE *out, const json_t *result), const char
     char *text = NULL;
     size_t size = 0;
     FILE *out = open_memstream(&text, &size);
-
     CHECK(result != NULL);
     show(out, result);
     fclose(out);

@@ -13,7 +13,6 @@ static const char *row_of(int row, bool colour, bool unicode)
 {
     static char *text;
     size_t size = 0;
-
     free(text);
     text = NULL;
     FILE *out = open_memstream(&text, &size);
@@ -59,7 +58,6 @@ TEST(cells)
 static int count_of(int row, char c)
 {
     int n = 0;
-
     for (const char *s = row_of(row, false, false); *s; s++)
         n += *s == c;
     return n;
@@ -68,7 +66,6 @@ static int count_of(int row, char c)
 TEST(the_ring_tells_each_side)
 {
     json_t *four = json_loads(FOUR, 0, NULL);
-
     canvas_clear(&canvas, 80, 24);
     top_ring_draw(&canvas, four, 10, 0, 0, 21);
     CHECK(count_of(0, '5') > 5 && count_of(0, 'c') == 0 && count_of(0, '?') == 0);
@@ -87,10 +84,8 @@ TEST(the_ring_tells_each_side)
 TEST(nothing_known_is_unknown_all_around)
 {
     json_t *empty = json_loads("{\"sectors\":[]}", 0, NULL);
-
     for (int i = 0; i < 2; i++) {
         int unknown = 0;
-
         canvas_clear(&canvas, 80, 24);
         top_ring_draw(&canvas, i ? empty : NULL, 10, 0, 0, 21);
         for (int row = 0; row < 21; row++) {
@@ -112,7 +107,6 @@ TEST(nothing_known_is_unknown_all_around)
 static json_t *status(int t, const char *data, const char *state, int pings, int requests)
 {
     char text[1000];
-
     snprintf(text, sizeof text, STATUS, t, data, state, pings, requests);
     return json_loads(text, 0, NULL);
 }
@@ -131,7 +125,6 @@ TEST(rates_need_two_statuses)
     struct top_rates rates = {0};
     json_t *first = status(100, "ok", "running", 50, 1000), *second = status(102, "ok", "running", 80, 1010);
     json_t *other = status(104, "ok", "running", 5, 3);
-
     top_rates_take(&rates, first);
     CHECK(!rates.known);
     top_rates_take(&rates, second);
@@ -151,7 +144,6 @@ TEST(a_frame_says_what_is_wrong)
     json_t *sectors = json_loads(FOUR, 0, NULL),
            *bad = status(1700000000, "no data from the sonar", "no port", 0, 0);
     struct top_frame frame = {.sectors = sectors, .status = bad, .rates = &rates};
-
     canvas_clear(&canvas, 80, 24);
     top_view_draw(&canvas, &frame);
     CHECK(shows("NO NEW DATA: no data from the sonar"));
@@ -174,7 +166,6 @@ TEST(a_blocked_side_says_at_how_many_metres)
     static const char *const ranges[] = {"0.99", "4", "9.99", "10", "1e300", "-1"};
     static const char marks[] = "049+++";
     char text[128];
-
     for (size_t i = 0; i < sizeof ranges / sizeof *ranges; i++) {
         snprintf(text, sizeof text, "{\"sectors\":[{\"state\":\"blocked\",\"range_m\":%s,\"free_to_m\":0}]}",
                  ranges[i]);
@@ -212,14 +203,12 @@ TEST(times_are_whole_at_any_width)
                                "\"max_us\":5001777}]}]}",
                                0, NULL);
     struct top_frame frame = {.status = status, .stats = stats, .rates = &rates};
-
     for (int columns = 60; columns < 200; columns++) {
         canvas_clear(&canvas, columns, 40);
         top_view_draw(&canvas, &frame);
         for (int row = 0; row < 40; row++) {
             const char *line = strstr(row_of(row, false, false), "request  ");
             const int n = line ? (int)strlen(line) : 0;
-
             if (line)
                 CHECK(n >= 23 && strcmp(line + n - 1, n > 31 ? "6" : n > 23 ? "4" : "7") == 0);
         }
@@ -257,11 +246,9 @@ TEST(any_size_and_any_answer)
         "{\"t_unix\":1e300,\"sensors\":[{\"range_m\":1e300,\"name\":\"\\u001b\"}]}",
         "{\"sectors\":[{\"state\":\"blocked\",\"range_m\":-1e300,\"free_to_m\":1e300}]}"};
     struct top_rates rates = {0};
-
     for (size_t i = 0; i < sizeof answers / sizeof *answers; i++) {
         json_t *answer = json_loads(answers[i], JSON_DECODE_ANY, NULL);
         const struct top_frame frame = {.sectors = answer, .status = answer, .stats = answer, .rates = &rates};
-
         top_rates_take(&rates, answer);
         for (int columns = 0; columns < 300; columns += 7) {
             for (int rows = 0; rows < 100; rows += 3) {

@@ -33,7 +33,6 @@ static void *answer(void *ctx)
     const struct peer *peer = ctx;
     const int fd = accept(peer->listener, NULL, NULL);
     char request[4096];
-
     for (int i = 0; i < 8 && peer->pieces[i]; i++) {
         if (i == 0 && recv(fd, request, sizeof request, 0) <= 0)
             break;
@@ -49,7 +48,6 @@ static void *answer(void *ctx)
 static void start(struct peer *peer)
 {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
-
     snprintf(address.sun_path, sizeof address.sun_path, "%s", path);
     peer->listener = socket(AF_UNIX, SOCK_STREAM, 0);
     CHECK(bind(peer->listener, (struct sockaddr *)&address, sizeof address) == 0 &&
@@ -67,7 +65,6 @@ static void stop(struct peer *peer)
 TEST(no_daemon_is_told_from_no_permission)
 {
     struct sonard_error error;
-
     CHECK(sonard_connect(path, 1, &error) == NULL);
     CHECK_INT(error.status, SONARD_NO_DAEMON);
     CHECK(strstr(error.message, "no daemon answers on"));
@@ -139,7 +136,6 @@ TEST(every_kind_of_answer_has_its_status)
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         struct peer peer = {.stay = rows[i].stay};
         struct sonard_error error = {0};
-
         memcpy(peer.pieces, rows[i].pieces, sizeof peer.pieces);
         start(&peer);
         struct sonard_client *client = sonard_connect(path, rows[i].stay ? 0.05 : PATIENCE_S, &error);
@@ -166,7 +162,6 @@ TEST(notifications_are_kept_in_order)
     static const char *const want[] = {"{\"n\":1}", "{\"n\":2.5}", "{\"n\":3}"};
     struct sonard_message message;
     struct sonard_error error = {0};
-
     start(&peer);
     struct sonard_client *client = sonard_connect(path, PATIENCE_S, &error);
     const char *result = sonard_call(client, "m", NULL, &error);
@@ -191,7 +186,6 @@ TEST(what_cannot_be_said_is_not_sent)
     struct sonard_error error = {0};
     struct sonard_limit limit = {.speed_mps = 1};
     struct sonard_pose pose = {.has = SONARD_POSE_DEPTH, .depth_m = NAN};
-
     start(&peer);
     struct sonard_client *client = sonard_connect(path, PATIENCE_S, &error);
     static const char *const wrong[] = {"", "5", "[1]", "{\"a\":1", "{\"a\":1,\"a\":2}", "{} {}"};
@@ -219,7 +213,6 @@ TEST(asking_without_waiting_never_waits)
     struct sonard_message message;
     static const char params[] = "{\"text\":\"0123456789012345678901234567890123456789\"}";
     int64_t last = 0;
-
     snprintf(address.sun_path, sizeof address.sun_path, "%s", path);
     const int listener = socket(AF_UNIX, SOCK_STREAM, 0);
     CHECK(bind(listener, (struct sockaddr *)&address, sizeof address) == 0 && listen(listener, 1) == 0);
@@ -319,7 +312,6 @@ TEST(command_lines_become_parameters)
         struct fault fault = {""};
         struct arguments arguments;
         int argc = 0;
-
         for (; argc < 8 && rows[i].argv[argc]; argc++)
             argv[argc] = strdup(rows[i].argv[argc]);
 
@@ -327,7 +319,6 @@ TEST(command_lines_become_parameters)
 
         if (arguments_parse(&arguments, argc, argv, command, &(struct argument_tables){common, own}, &fault)) {
             char *options = json_dumps(arguments.options, JSON_COMPACT);
-
             snprintf(got, sizeof got, "%s%s%s", options, arguments.n_words ? " " : "",
                      arguments.n_words ? arguments.word[0] : "");
             free(options);
@@ -347,7 +338,6 @@ static char *shown(const char *method, const char *result, bool colour)
     size_t size = 0;
     FILE *out = open_memstream(&text, &size);
     json_t *value = json_loads(result, JSON_DECODE_ANY, NULL);
-
     CHECK(value != NULL);
     show_result(out, method, value, colour);
     json_decref(value);
@@ -390,7 +380,6 @@ TEST(results_are_readable)
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         char *text = shown(rows[i].method, rows[i].result, rows[i].colour);
-
         CHECK_STR(text, rows[i].want);
         free(text);
     }
@@ -416,7 +405,6 @@ TEST(a_ring_that_is_blocked_all_around_names_the_page_about_it)
 TEST(no_data_does_not_look_like_no_obstacle)
 {
     char *text = shown("status", "{\"data\":\"no data from the sonar\"}", false);
-
     CHECK(strncmp(text, "data       no data from the sonar\n", 34) == 0);
     free(text);
     text = shown(

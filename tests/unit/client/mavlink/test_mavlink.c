@@ -10,7 +10,6 @@ static size_t unhex(const char *text, uint8_t *out)
     size_t n = 0;
     unsigned byte;
     int used;
-
     while (sscanf(text, " %2x%n", &byte, &used) == 1) {
         out[n++] = (uint8_t)byte;
         text += used;
@@ -21,7 +20,6 @@ static size_t unhex(const char *text, uint8_t *out)
 static void check_hex(const uint8_t *bytes, size_t n, const char *want)
 {
     char got[1000];
-
     for (size_t i = 0; i < n; i++)
         snprintf(got + 3 * i, 4, "%02X ", bytes[i]);
     got[n ? 3 * n - 1 : 0] = '\0';
@@ -31,7 +29,6 @@ static void check_hex(const uint8_t *bytes, size_t n, const char *want)
 static size_t build(uint8_t sequence, uint8_t component, enum mavlink_id id, const void *content, uint8_t *out)
 {
     struct mavlink_sender sender = {.system_id = 1, .component_id = component, .sequence = sequence};
-
     return mavlink_build(&sender, mavlink_message(id), content, out);
 }
 
@@ -40,11 +37,9 @@ static int feed(struct mavlink_parser *parser, const uint8_t *bytes, size_t n, s
                 struct mavlink_frame *frame)
 {
     int frames = 0;
-
     for (size_t at = 0; at < n; at += piece) {
         const uint8_t *from = bytes + at;
         size_t left = n - at < piece ? n - at : piece;
-
         while (mavlink_parser_next(parser, &from, &left, frame))
             frames++;
     }
@@ -63,16 +58,13 @@ TEST(every_tables_crc_extra_follows_from_its_names_and_types)
         [MAVLINK_U8] = "uint8_t",   [MAVLINK_CHAR] = "char",    [MAVLINK_U16] = "uint16_t",
         [MAVLINK_I16] = "int16_t",  [MAVLINK_U32] = "uint32_t", [MAVLINK_F32] = "float",
         [MAVLINK_U64] = "uint64_t", [MAVLINK_I64] = "int64_t",  [MAVLINK_I32] = "int32_t"};
-
     for (size_t i = 0; i < mavlink_message_count; i++) {
         const struct mavlink_message *m = &mavlink_messages[i];
         char text[120];
         size_t size = 0, wire = 8;
         uint16_t crc = mavlink_crc(text, (size_t)snprintf(text, sizeof text, "%s ", m->name), 0xFFFF);
-
         for (const struct mavlink_field *f = m->fields; f->name; f++) {
             const size_t element = mavlink_type_size(f->type);
-
             size += element * (f->count ? f->count : 1u);
             if (f->extension)
                 continue;
@@ -93,7 +85,6 @@ TEST(heartbeat)
 {
     const struct mavlink_heartbeat m = {.type = 18, .autopilot = 8, .system_status = 4, .mavlink_version = 3};
     uint8_t frame[MAVLINK_FRAME_MAX];
-
     check_hex(frame, build(0, 196, MAVLINK_HEARTBEAT, &m, frame),
               "FD 09 00 00 00 01 C4 00 00 00 00 00 00 00 12 08 00 04 03 F4 9A");
 }
@@ -126,7 +117,6 @@ TEST(command_long_loses_its_last_zero)
     const struct mavlink_command_long m = {
         .param = {32, 50000}, .command = 511, .target_system = 1, .target_component = 1};
     uint8_t frame[MAVLINK_FRAME_MAX];
-
     check_hex(
         frame, build(5, 196, MAVLINK_COMMAND_LONG, &m, frame),
         "FD 20 00 00 05 01 C4 4C 00 00 00 00 00 42 00 50 43 47 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 "
@@ -144,7 +134,6 @@ TEST(obstacle_distance)
                                           .frame = 12};
     uint8_t frame[MAVLINK_FRAME_MAX], want[MAVLINK_FRAME_MAX];
     size_t n = unhex("FD A7 00 00 03 01 C4 4A 01 00 00 CA 5B 07 00 00 00 00 D5 02 DA 02", want);
-
     for (int i = 2; i < 71; i++)
         m.distances[i] = 65535;
     m.distances[71] = 2001;
@@ -167,7 +156,6 @@ TEST(obstacle_distance_3d)
                                                    .sensor_type = 1,
                                                    .frame = 12};
     uint8_t frame[MAVLINK_FRAME_MAX];
-
     check_hex(
         frame, build(6, 196, MAVLINK_OBSTACLE_DISTANCE_3D, &m, frame),
         "FD 1C 00 00 06 01 C4 1D 2B 00 40 E2 01 00 00 00 A0 40 00 00 00 C0 00 00 00 3F 00 00 40 3F 00 00 A0 41 "
@@ -189,7 +177,6 @@ TEST(distance_sensor)
                                               .signal_quality = 95};
     uint8_t frame[MAVLINK_FRAME_MAX], want[MAVLINK_FRAME_MAX];
     const size_t n = build(4, 196, MAVLINK_DISTANCE_SENSOR, &m, frame);
-
     CHECK_INT(unhex("FD 27 00 00 04 01 C4 84 00 00 40 E2 01 00 1E 00 10 27 D5 02 01 01 19 FF", want), 24);
     CHECK(memcmp(frame, want, 24) == 0);
     CHECK_INT(n, 51);
@@ -202,7 +189,6 @@ TEST(statustext_and_timesync)
     const struct mavlink_timesync sync = {.ts1 = 0x0102030405060708, .target_system = 1};
     uint8_t frame[MAVLINK_FRAME_MAX];
     size_t n = build(0, 196, MAVLINK_STATUSTEXT, &text, frame);
-
     check_hex(frame, n - 2, "FD 06 00 00 00 01 C4 FD 00 00 04 73 6F 6E 61 72");
     memset(text.text, 'x', sizeof text.text);
     CHECK_INT(build(0, 196, MAVLINK_STATUSTEXT, &text, frame), 10 + 51 + 2);
@@ -221,7 +207,6 @@ TEST(fields_lie_where_the_definitions_say)
     struct mavlink_global_position_int globe;
     struct mavlink_vfr_hud hud;
     struct mavlink_ahrs2 ahrs2;
-
     unhex("15 CD 5B 07 00 00 00 01 D2 04 00 00", payload);
     mavlink_unpack(mavlink_message(MAVLINK_SYSTEM_TIME), payload, &time);
     CHECK(time.time_unix_usec == 0x01000000075BCD15u && time.time_boot_ms == 1234);
@@ -261,7 +246,6 @@ TEST(a_payload_of_zeros_keeps_one_byte)
     struct mavlink_parser parser = {0};
     struct mavlink_frame frame;
     const size_t n = build(0, 1, MAVLINK_TIMESYNC, &m, bytes);
-
     CHECK_INT(bytes[1], 1);
     CHECK_INT(feed(&parser, bytes, n, 1, &frame), 1);
 }
@@ -272,7 +256,6 @@ static size_t heartbeat_1(uint8_t *out)
     const uint8_t extra = 50;
     size_t n = unhex("FE 09 02 01 01 00 00 00 00 00 02 03 51 04 03", out);
     const uint16_t crc = mavlink_crc(&extra, 1, mavlink_crc(out + 1, n - 1, 0xFFFF));
-
     out[n++] = (uint8_t)crc;
     out[n++] = (uint8_t)(crc >> 8);
     return n;
@@ -284,7 +267,6 @@ TEST(version_1_is_understood)
     struct mavlink_parser parser = {0};
     struct mavlink_frame frame;
     struct mavlink_heartbeat m;
-
     CHECK_INT(feed(&parser, bytes, heartbeat_1(bytes), 3, &frame), 1);
     mavlink_unpack(frame.message, frame.payload, &m);
     CHECK(frame.version == 1 && frame.sequence == 2 && frame.system_id == 1 && frame.component_id == 1);
@@ -299,7 +281,6 @@ TEST(longer_payloads_lose_what_is_not_known)
     size_t n = unhex("FD 0B 00 00 00 01 01 00 00 00 00 00 00 00 0C 03 00 04 03 AA BB", bytes);
     const uint16_t crc = mavlink_crc(&extra, 1, mavlink_crc(bytes + 1, n - 1, 0xFFFF));
     struct mavlink_heartbeat m;
-
     bytes[n++] = (uint8_t)crc;
     bytes[n++] = (uint8_t)(crc >> 8);
     CHECK_INT(feed(&parser, bytes, n, 5, &frame), 1);
@@ -333,7 +314,6 @@ TEST(whatever_stands_between_frames_is_counted_and_passed_over)
             uint8_t bytes[100];
             const size_t n = unhex(rows[i].before, bytes);
             const struct mavlink_counters *c = &parser.counters;
-
             memcpy(bytes + n, good, n_good);
             if (feed(&parser, bytes, n + n_good, piece, &frame) != 1 || c->frames != 1 ||
                 c->unknown != rows[i].unknown || c->bad_crc != rows[i].bad_crc ||
@@ -355,7 +335,6 @@ TEST(what_looks_like_an_unknown_frame_amid_garbage_swallows_nothing)
         struct mavlink_frame frame;
         uint8_t bytes[100] = {0};
         size_t n = (size_t)garbage;
-
         n += unhex("FD 0F 00 00 00 01 01 01 00 00", bytes + n);
         n += heartbeat_1(bytes + n);
         n += heartbeat_1(bytes + n);
@@ -370,13 +349,11 @@ TEST(a_cut_frame_costs_only_itself)
     const struct mavlink_obstacle_distance m = {.frame = 12};
     const struct mavlink_heartbeat beat = {.mavlink_version = 3};
     uint8_t bytes[2000];
-
     for (size_t cut = 1; cut < 179; cut++) {
         struct mavlink_parser parser = {0};
         struct mavlink_frame frame;
         uint8_t whole[MAVLINK_FRAME_MAX];
         size_t n = cut;
-
         build(0, 1, MAVLINK_OBSTACLE_DISTANCE, &m, whole);
         memcpy(bytes, whole, cut);
         for (int i = 0; i < 20; i++)
@@ -393,10 +370,8 @@ TEST(random_bytes_never_make_a_frame_go_missing)
     const struct mavlink_heartbeat beat = {.mavlink_version = 3};
     uint8_t bytes[4096];
     int frames = 0, sent = 0;
-
     for (int round = 0; round < 2000; round++) {
         size_t n = test_random(&random) % 60;
-
         for (size_t i = 0; i < n; i++) /* no magic among them: the 280 bytes behind one would be waited for */
             bytes[i] = (uint8_t)(test_random(&random) % 0xFD);
         for (int i = (int)(test_random(&random) % 4); i > 0; i--, sent++)
@@ -415,7 +390,6 @@ static const char key_text[] = "000102030405060708090a0b0c0d0e0f1011121314151617
 static struct mavlink_signing signing_at(uint64_t unix_us, uint8_t link_id)
 {
     struct mavlink_signing signing = {.link_id = link_id};
-
     CHECK(mavlink_signing_key(&signing, key_text));
     mavlink_signing_clock(&signing, unix_us);
     return signing;
@@ -425,7 +399,6 @@ static size_t signed_heartbeat(struct mavlink_signing *signing, uint8_t *out)
 {
     struct mavlink_sender sender = {1, 196, 0, signing};
     const struct mavlink_heartbeat m = {.type = 18, .autopilot = 8, .system_status = 4, .mavlink_version = 3};
-
     return mavlink_build(&sender, mavlink_message(MAVLINK_HEARTBEAT), &m, out);
 }
 
@@ -461,7 +434,6 @@ TEST(a_signed_heartbeat)
 {
     struct mavlink_signing signing = signing_at(NEW_YEAR_2026_US, 2);
     uint8_t frame[MAVLINK_FRAME_MAX];
-
     signing.newest--; /* the frame takes the time stamp after it */
     check_hex(
         frame, signed_heartbeat(&signing, frame),
@@ -482,7 +454,6 @@ TEST(signatures_are_wanted_and_held_against_the_key)
         struct mavlink_frame frame;
         uint8_t bytes[MAVLINK_FRAME_MAX];
         const size_t n = signed_heartbeat(&theirs, bytes);
-
         if (rows[i].change >= 0)
             bytes[rows[i].change] ^= 1;
         CHECK_INT(feed(&parser, bytes, n, 4, &frame), rows[i].frames);
@@ -504,7 +475,6 @@ TEST(signed_frames_are_taken_unverified_without_a_key)
     struct mavlink_frame frame;
     uint8_t bytes[MAVLINK_FRAME_MAX];
     const size_t n = signed_heartbeat(&theirs, bytes);
-
     bytes[n - 1] ^= 1;
     CHECK_INT(feed(&parser, bytes, n, n, &frame), 1);
 }
@@ -518,7 +488,6 @@ TEST(time_stamps_must_rise_per_sender_and_link)
     struct mavlink_frame frame;
     uint8_t first[MAVLINK_FRAME_MAX], bytes[MAVLINK_FRAME_MAX];
     const size_t n = signed_heartbeat(&a, first);
-
     CHECK_INT(feed(&parser, first, n, n, &frame), 1);
     CHECK_INT(feed(&parser, first, n, n, &frame), 0); /* said again */
     CHECK_INT(feed(&parser, bytes, signed_heartbeat(&a, bytes), n, &frame), 1);
@@ -536,7 +505,6 @@ TEST(a_wrong_frame_does_not_take_a_senders_place)
     struct mavlink_frame frame;
     uint8_t bytes[MAVLINK_FRAME_MAX];
     size_t n = 0;
-
     for (int link = 0; link < 100; link++) {
         theirs.link_id = (uint8_t)link;
         n = signed_heartbeat(&theirs, bytes);
@@ -555,7 +523,6 @@ TEST(keys_are_64_digits_and_nothing_else)
 {
     struct mavlink_signing signing;
     char text[80];
-
     snprintf(text, sizeof text, " %.64s \n", key_text);
     CHECK(mavlink_signing_key(&signing, text));
     CHECK(signing.key[0] == 0 && signing.key[1] == 1 && signing.key[31] == 31);

@@ -11,7 +11,6 @@ static unsigned place_at(struct mavlink_vehicle *v, uint64_t ms, float north_m)
         .time_boot_ms = 100000 + (uint32_t)ms, .x = north_m, .y = 2, .z = 3, .vx = 0.5f};
     const struct mavlink_attitude level = {.time_boot_ms = 100000 + (uint32_t)ms};
     struct mavlink_pose pose = {0};
-
     beat(v, now_ns);
     give(v, MAVLINK_LOCAL_POSITION_NED, &m, now_ns);
     give(v, MAVLINK_ATTITUDE, &level, now_ns);
@@ -31,7 +30,6 @@ TEST(a_position_believed_once_is_remembered)
 {
     struct mavlink_vehicle v = vehicle_at_start();
     const struct mavlink_ekf_status_report aided = {.flags = 831}, constant = {.flags = 167};
-
     give(&v, MAVLINK_EKF_STATUS_REPORT, &constant, START);
     CHECK(place(&v, 50) == 0 && !v.aiding.believed_ever);
     give(&v, MAVLINK_EKF_STATUS_REPORT, &aided, START + 3100 * MS);
@@ -66,7 +64,6 @@ TEST(what_the_estimator_confirms_is_believed)
         const uint16_t flags = rows[i / 2].flags;
         const struct mavlink_ekf_status_report ekf = {.flags = flags, .airspeed_variance = 1};
         const struct mavlink_estimator_status estimator = {.flags = flags, .time_usec = 1};
-
         if (i % 2)
             give(&v, MAVLINK_ESTIMATOR_STATUS, &estimator, START);
         else
@@ -85,7 +82,6 @@ TEST(a_report_that_has_stopped_confirms_nothing)
     struct mavlink_vehicle v = vehicle_at_start();
     const struct mavlink_ekf_status_report aided = {.flags = 831};
     char text[300];
-
     give(&v, MAVLINK_EKF_STATUS_REPORT, &aided, START);
     CHECK(place(&v, 2900) != 0);
     CHECK(mavlink_aiding_news(&v.aiding, START + 3 * S, text, sizeof text) && strstr(text, "it is measured"));
@@ -102,21 +98,17 @@ TEST(a_report_that_has_stopped_confirms_nothing)
 TEST(reports_that_contradict_each_other_confirm_nothing)
 {
     static const uint64_t every_ms[] = {100, 200, 1000};
-
     for (size_t i = 0; i < sizeof every_ms / sizeof *every_ms; i++) {
         struct mavlink_vehicle v = vehicle_at_start();
         const uint64_t step_ms = every_ms[i];
         uint64_t ms = 0;
-
         for (unsigned k = 0; ms < 10000; ms += step_ms, k++) {
             const struct mavlink_ekf_status_report report = {.flags = k % 2 ? 831 : 167};
-
             give(&v, MAVLINK_EKF_STATUS_REPORT, &report, START + ms * MS);
             CHECK_INT(place(&v, ms + 50), 0);
         }
         for (const uint64_t end_ms = ms + 4000; ms < end_ms; ms += step_ms) {
             const struct mavlink_ekf_status_report aided = {.flags = 831};
-
             give(&v, MAVLINK_EKF_STATUS_REPORT, &aided, START + ms * MS);
         }
         CHECK(place(&v, ms) != 0); /* it has made up its mind */
@@ -127,7 +119,6 @@ TEST(an_autopilot_that_cannot_report_is_believed_after_two_requests)
 {
     struct mavlink_vehicle v = vehicle_at_start();
     char text[300];
-
     for (uint64_t ms = 0; ms < 20000; ms += 500) {
         CHECK((place(&v, ms) != 0) == (ms >= 12000));
         CHECK(mavlink_aiding_wanted(&v.aiding, START + ms * MS));
@@ -141,7 +132,6 @@ TEST(a_position_that_never_changes_is_not_believed_without_a_report)
     const struct mavlink_ekf_status_report aided = {.flags = 831};
     struct mavlink_vehicle v = vehicle_at_start();
     char text[300];
-
     for (uint64_t ms = 0; ms < 20000; ms += 500)
         CHECK_INT(place_at(&v, ms, 0), 0);
     CHECK(mavlink_aiding_news(&v.aiding, START + 20 * S, text, sizeof text) &&
@@ -160,7 +150,6 @@ TEST(without_a_measured_position_the_depth_is_the_barometers)
     const struct mavlink_scaled_pressure pressure = {.time_boot_ms = 100200, .press_abs = 2013.25f};
     const struct mavlink_attitude level = {.time_boot_ms = 100220};
     struct mavlink_pose pose;
-
     give(&v, MAVLINK_EKF_STATUS_REPORT, &constant, START);
     CHECK_INT(place(&v, 100), 0);
     give(&v, MAVLINK_SCALED_PRESSURE2, &pressure, START + 200 * MS);

@@ -39,7 +39,6 @@ static void hear(struct mavlink_vehicle *vehicle, struct mavlink_parser *parser,
     unsigned byte;
     int used;
     struct mavlink_frame frame;
-
     for (; sscanf(hex, " %2x%n", &byte, &used) == 1; hex += used)
         bytes[n++] = (uint8_t)byte;
     CHECK(mavlink_parser_next(parser, &at, &n, &frame) && mavlink_vehicle_take(vehicle, &frame, now_ns));
@@ -52,7 +51,6 @@ static double depth_of_telemetry(int barometer, struct mavlink_vehicle *vehicle)
         .barometer = barometer, .surface_hpa = AIR_HPA, .density_kgpm3 = 1025};
     struct mavlink_parser parser = {0};
     struct mavlink_pose pose = {0};
-
     mavlink_vehicle_init(vehicle, &conf);
     for (int i = 0; i < 5; i++)
         hear(vehicle, &parser, telemetry[0][i], START);
@@ -69,7 +67,6 @@ TEST(depth_is_that_of_the_barometer_in_the_water)
 {
     struct mavlink_vehicle vehicle;
     char text[400];
-
     CHECK_NEAR(depth_of_telemetry(MAVLINK_BAROMETER_ANY, &vehicle), 5.837, 1e-3, 0);
     CHECK(!mavlink_vehicle_depth_doubtful(&vehicle, START + 2 * S));
     CHECK(mavlink_vehicle_depth_news(&vehicle, START + 2 * S, text, sizeof text));
@@ -85,7 +82,6 @@ TEST(a_barometer_that_is_named_wrongly_is_used_with_a_warning)
 {
     struct mavlink_vehicle vehicle;
     char text[400];
-
     CHECK_NEAR(depth_of_telemetry(2, &vehicle), 0.027, 0, 1e-3);
     CHECK_INT(mavlink_barometers_depth(&vehicle.barometers), 2);
     CHECK(mavlink_vehicle_depth_doubtful(&vehicle, START + 2 * S));
@@ -114,7 +110,6 @@ static void read_for(uint64_t ns, double hpa_1, double hpa_2, double hpa_3)
     const double to[MAVLINK_BAROMETERS] = {hpa_1, hpa_2, hpa_3};
     const unsigned n = (unsigned)(ns / (200 * MS));
     double from[MAVLINK_BAROMETERS];
-
     for (int i = 0; i < MAVLINK_BAROMETERS; i++)
         from[i] = barometers.of[i].t_ns ? barometers.of[i].hpa : to[i];
     for (unsigned k = 1; k <= n; k++) {
@@ -129,7 +124,6 @@ static void read_for(uint64_t ns, double hpa_1, double hpa_2, double hpa_3)
 static void sink(enum mavlink_altitude from, uint64_t ns, const double change_hpa[MAVLINK_BAROMETERS])
 {
     double start_hpa[MAVLINK_BAROMETERS];
-
     for (int i = 0; i < MAVLINK_BAROMETERS; i++)
         start_hpa[i] = barometers.of[i].hpa;
     for (unsigned k = 0; k <= 48; k++, now_ns += ns / 48) {
@@ -143,7 +137,6 @@ static void sink(enum mavlink_altitude from, uint64_t ns, const double change_hp
 TEST(at_the_surface_there_is_no_depth)
 {
     char text[400];
-
     begin(MAVLINK_BAROMETER_ANY);
     read_for(5 * S, 1013, 1016, 1014);
     CHECK(!mavlink_barometers_news(&barometers, now_ns, text, sizeof text));
@@ -160,7 +153,6 @@ TEST(at_the_surface_there_is_no_depth)
 TEST(a_barometer_that_is_named_and_silent_is_told)
 {
     char text[400];
-
     begin(3);
     read_for(12 * S, 1013, 1600, 0);
     CHECK_INT(barometers.used, 3);
@@ -283,7 +275,6 @@ TEST(an_altitude_that_jumps_is_followed_by_none)
 TEST(two_in_the_water_that_disagree_are_a_warning_and_no_depth)
 {
     char text[400];
-
     begin(MAVLINK_BAROMETER_ANY);
     read_for(3 * S, 1013, 1600, 1610);
     CHECK_INT(mavlink_barometers_depth(&barometers), 2);
@@ -322,7 +313,6 @@ static const char *said_while(uint64_t ns, double hpa_1, double hpa_2, double hp
 {
     static char text[400];
     char news[sizeof text];
-
     text[0] = '\0';
     for (uint64_t i = 0; i < ns / S; i++) {
         read_for(S, hpa_1, hpa_2, hpa_3);
@@ -401,7 +391,6 @@ TEST(a_first_reading_that_is_no_air_is_no_surface)
         struct mavlink_parser parser = {0};
         struct mavlink_pose pose = {0};
         char text[400];
-
         mavlink_vehicle_init(&vehicle, &conf);
         mavlink_barometers_pressure(&vehicle.barometers, 2, rows[i].first_hpa, START);
         for (int k = 0; k < 5; k++)
@@ -472,7 +461,6 @@ TEST(the_autopilot_says_which_is_its_depth_sensor)
 TEST(the_autopilot_is_asked_for_its_depth_sensor)
 {
     int asked = 0;
-
     begin(2);
     CHECK(!mavlink_barometers_ask(&barometers));
     begin(MAVLINK_BAROMETER_ANY);

@@ -23,10 +23,8 @@ TEST(the_clock_follows_the_least_delay)
 {
     uint64_t random = test_seed(), now_ns = 0;
     struct mavlink_clock clock = {0};
-
     for (uint32_t ms = 0; ms < 20000; ms += 20) {
         const uint64_t truth_ns = START + ms * MS, due_ns = truth_ns + 2 * MS + test_random(&random) % (30 * MS);
-
         now_ns = due_ns > now_ns ? due_ns : now_ns; /* none overtakes another */
         const uint64_t got_ns = mavlink_clock_heard(&clock, 100000 + ms, now_ns);
 
@@ -40,7 +38,6 @@ TEST(the_clock_follows_one_that_runs_slow)
 {
     struct mavlink_clock clock = {0};
     uint64_t got_ns = 0, truth_ns = 0;
-
     for (uint32_t ms = 0; ms < 600000; ms += 20) { /* 30 ppm, ten minutes: 18 ms */
         truth_ns = START + (uint64_t)(ms * 1.00003 * 1e6);
         got_ns = mavlink_clock_heard(&clock, 100000 + ms, truth_ns);
@@ -51,7 +48,6 @@ TEST(the_clock_follows_one_that_runs_slow)
 TEST(the_clock_goes_on_when_the_autopilots_wraps)
 {
     struct mavlink_clock clock = {0};
-
     for (uint64_t ms = UINT32_MAX - 1000; ms < (1ull << 32) + 1000; ms += 10)
         CHECK(mavlink_clock_heard(&clock, (uint32_t)ms, START + ms * MS) == START + ms * MS);
 }
@@ -59,7 +55,6 @@ TEST(the_clock_goes_on_when_the_autopilots_wraps)
 TEST(the_clock_begins_anew_with_the_autopilot)
 {
     struct mavlink_clock clock = {0};
-
     mavlink_clock_heard(&clock, 100000, START);
     CHECK(mavlink_clock_heard(&clock, 3000, START + S) == START + S);
     CHECK(mavlink_clock_heard(&clock, 3010, START + S + 10 * MS) == START + S + 10 * MS);
@@ -68,7 +63,6 @@ TEST(the_clock_begins_anew_with_the_autopilot)
 TEST(the_clock_bears_messages_out_of_order_and_late_ones)
 {
     struct mavlink_clock clock = {0};
-
     mavlink_clock_heard(&clock, 100000, START);
     CHECK(mavlink_clock_heard(&clock, 99980, START) == START - 20 * MS);
     CHECK(mavlink_clock_heard(&clock, 100100, START + 900 * MS) < START + 101 * MS); /* stuck for 0.8 s */
@@ -80,7 +74,6 @@ static uint64_t followed_after(struct mavlink_clock clock, int64_t step_ms)
     for (uint64_t ms = 0; ms < 20000; ms += 20) {
         const uint64_t now_ns = START + ms * MS, boot_ms = (uint64_t)(100000 + (int64_t)ms + step_ms);
         const uint64_t got_ns = mavlink_clock_heard(&clock, (uint32_t)boot_ms, now_ns);
-
         CHECK(got_ns <= now_ns);
         if (now_ns - got_ns < 5 * MS)
             return ms;
@@ -107,7 +100,6 @@ TEST(steps_of_the_autopilots_clock_are_followed)
 
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         struct mavlink_clock clock = {0};
-
         for (uint64_t ms = 0; ms < 5000; ms += 20)
             mavlink_clock_heard(&clock, (uint32_t)(95000 + ms), START - 5 * S + ms * MS);
         const uint64_t ms = followed_after(clock, rows[i].step_ms);
@@ -121,7 +113,6 @@ TEST(an_autopilot_that_starts_anew_at_once_is_followed)
 {
     struct mavlink_clock clock = {0};
     uint64_t got_ns = 0, now_ns = 0;
-
     mavlink_clock_heard(&clock, 2000, START);
     for (uint64_t ms = 1500; ms < 6000; ms += 20) { /* 4.5 s later it is younger by half a second only */
         now_ns = START + 3 * S + ms * MS;
@@ -133,7 +124,6 @@ TEST(an_autopilot_that_starts_anew_at_once_is_followed)
 TEST(a_wrong_timesync_answer_is_outlived)
 {
     struct mavlink_clock clock = {0};
-
     mavlink_clock_heard(&clock, 100000, START);
     mavlink_clock_answer(&clock, (int64_t)(100 * S + 900 * MS), (int64_t)START, START + MS);
     CHECK(mavlink_clock_heard(&clock, 100020, START + 20 * MS) < START - 800 * MS);
@@ -144,7 +134,6 @@ TEST(a_timesync_answer_takes_half_the_way_off)
 {
     struct mavlink_clock clock = {0};
     int64_t before;
-
     mavlink_clock_heard(&clock, 100000, START + 8 * MS); /* true offset 900 s, seen with 8 ms delay */
     mavlink_clock_answer(&clock, (int64_t)(100 * S + 20 * MS), (int64_t)(START + 16 * MS), START + 24 * MS);
     CHECK(mavlink_clock_boot_ns(&clock, START) == 100 * S);
@@ -162,7 +151,6 @@ static bool give(struct mavlink_vehicle *v, uint8_t system, uint8_t component, e
                  const void *content, uint64_t now_ns)
 {
     struct mavlink_frame frame = {.message = mavlink_message(id), .system_id = system, .component_id = component};
-
     mavlink_pack(frame.message, content, frame.payload);
     return mavlink_vehicle_take(v, &frame, now_ns);
 }
@@ -173,7 +161,6 @@ static struct mavlink_vehicle vehicle_at_start(double surface_hpa)
 {
     const struct mavlink_vehicle_conf conf = {.barometer = 2, .surface_hpa = surface_hpa, .density_kgpm3 = 1025};
     struct mavlink_vehicle v;
-
     mavlink_vehicle_init(&v, &conf);
     CHECK(give(&v, 7, 1, MAVLINK_HEARTBEAT, &submarine, START));
     return v;
@@ -183,7 +170,6 @@ static bool give_attitude(struct mavlink_vehicle *v, uint32_t ms, double roll, d
 {
     const struct mavlink_attitude m = {
         .time_boot_ms = 100000 + ms, .roll = (float)roll, .pitch = (float)pitch, .yaw = (float)yaw};
-
     return give(v, 7, 1, MAVLINK_ATTITUDE, &m, START + ms * MS);
 }
 
@@ -192,7 +178,6 @@ TEST(the_vehicle_is_whoever_beats_as_an_autopilot)
     const struct mavlink_heartbeat station = {.type = 6, .autopilot = 8}, companion = {.type = 18, .autopilot = 8};
     const struct mavlink_vehicle_conf chosen = {.system_id = 9, .surface_hpa = 1013, .density_kgpm3 = 1025};
     struct mavlink_vehicle v;
-
     mavlink_vehicle_init(&v, &chosen);
     CHECK(!give(&v, 7, 1, MAVLINK_HEARTBEAT, &submarine, START));
     CHECK(give(&v, 9, 1, MAVLINK_HEARTBEAT, &submarine, START));
@@ -214,7 +199,6 @@ TEST(euler_angles_become_the_quaternion)
     static const double half = 0.70710678118654752;
     struct mavlink_vehicle v = vehicle_at_start(1013);
     struct mavlink_pose pose;
-
     CHECK(give_attitude(&v, 0, 0, 0, M_PI / 2) && mavlink_vehicle_pose(&v, START, &pose));
     CHECK_NEAR(pose.quaternion[0], half, 1e-6, 0);
     CHECK_NEAR(pose.quaternion[3], half, 1e-6, 0);
@@ -239,7 +223,6 @@ TEST(parts_go_out_together_at_the_time_of_the_attitude)
     const struct mavlink_local_position_ned place = {100010, 1, 2, 3, 0.1f, 0.2f, 0.3f};
     const struct mavlink_scaled_pressure pressure = {.time_boot_ms = 100005, .press_abs = 2013.25f};
     struct mavlink_pose pose;
-
     CHECK(give(&v, 7, 1, MAVLINK_EKF_STATUS_REPORT, &aided, START));
     give_attitude(&v, 0, 0, 0, 0);
     CHECK(mavlink_vehicle_pose(&v, START, &pose) && pose.has == MAVLINK_POSE_ATTITUDE);
@@ -270,7 +253,6 @@ TEST(depth_follows_from_pressure)
         struct mavlink_vehicle v = vehicle_at_start(rows[i].surface_hpa);
         struct mavlink_scaled_pressure m = {.time_boot_ms = 100000, .press_abs = (float)rows[i].first_hpa};
         struct mavlink_pose pose;
-
         give(&v, 7, 1, MAVLINK_SCALED_PRESSURE2, &m, START);
         CHECK(mavlink_vehicle_pose(&v, START, &pose) &&
               pose.has == MAVLINK_POSE_DEPTH); /* alone: no attitude yet */
@@ -290,7 +272,6 @@ TEST(values_that_cannot_be_are_refused)
     struct mavlink_local_position_ned place = {.time_boot_ms = 100000, .x = NAN};
     struct mavlink_scaled_pressure pressure = {.time_boot_ms = 100000, .press_abs = -1};
     struct mavlink_pose pose;
-
     give_attitude(&v, 0, NAN, 0, 0);
     give_attitude(&v, 0, 0, INFINITY, 0);
     give(&v, 7, 1, MAVLINK_ATTITUDE_QUATERNION, &turn, START);
@@ -307,7 +288,6 @@ TEST(what_was_stuck_for_seconds_on_its_way_is_refused)
     struct mavlink_vehicle v = vehicle_at_start(1013);
     const struct mavlink_attitude late = {.time_boot_ms = 100100};
     struct mavlink_pose pose;
-
     give_attitude(&v, 0, 0, 0, 0);
     CHECK(mavlink_vehicle_pose(&v, START, &pose));
     CHECK(give(&v, 7, 1, MAVLINK_HEARTBEAT, &submarine, START + 4 * S));
@@ -325,7 +305,6 @@ TEST(another_autopilot_brings_its_own_clock)
     const struct mavlink_attitude level = {.time_boot_ms = 100100};
     const uint64_t later_ns = START + 60 * S;
     struct mavlink_pose pose;
-
     give_attitude(&v, 0, 0, 0, 0);
     CHECK(mavlink_vehicle_pose(&v, START, &pose));
     CHECK(give(&v, 7, 1, MAVLINK_LOCAL_POSITION_NED, &place, START + 20 * MS));
@@ -396,13 +375,11 @@ TEST(the_autopilots_thrusters_alone_bound_the_speed)
 TEST(at_most_fifty_poses_a_second)
 {
     uint64_t random = test_seed();
-
     for (uint32_t rate = 10; rate <= 400; rate *= 2) {
         struct mavlink_vehicle v = vehicle_at_start(1013);
         struct mavlink_pose pose;
         int poses = 0;
         uint64_t last_ns = 0;
-
         for (uint32_t i = 0; i < 4 * rate; i++) { /* up to 3 ms early or late */
             const uint32_t ms = i * 1000 / rate + (uint32_t)(test_random(&random) % 4);
 
@@ -422,7 +399,6 @@ TEST(a_second_message_of_the_same_time_is_no_second_pose)
     struct mavlink_vehicle v = vehicle_at_start(1013);
     const struct mavlink_attitude_quaternion same = {100000, 1, 0, 0, 0, 0, 0, 0};
     struct mavlink_pose pose;
-
     give_attitude(&v, 0, 0, 0, 0);
     CHECK(mavlink_vehicle_pose(&v, START, &pose));
     give(&v, 7, 1, MAVLINK_ATTITUDE_QUATERNION, &same, START);
@@ -438,7 +414,6 @@ static struct mavlink_ring ring_with(const char *all, const char *one, int at)
 {
     struct mavlink_ring ring = {0};
     json_t *sectors = json_array(), *result;
-
     for (int i = 0; i < MAVLINK_SECTORS; i++)
         json_array_append_new(sectors, json_loads(one && i == at ? one : all, 0, NULL));
     result = json_pack("{s:f, s:f, s:o}", "t_unix", 1.7e9, "near_m", NEAR_M, "sectors", sectors);
@@ -456,7 +431,6 @@ static struct mavlink_obstacle_distance distances(const struct mavlink_ring *rin
 {
     const struct mavlink_obstacle_conf conf = {.unknown_as = as, .unknown_m = 3.999};
     struct mavlink_obstacle_distance m;
-
     mavlink_ring_distances(ring, &conf, max_m, 123456, &m);
     return m;
 }
@@ -466,7 +440,6 @@ TEST(every_field_of_the_distances)
     const struct mavlink_ring ring = ring_with(CLEAR, NULL, 0);
     const struct mavlink_obstacle_conf north = {.north = true};
     struct mavlink_obstacle_distance m = distances(&ring, MAVLINK_UNKNOWN_AS_UNKNOWN, 20);
-
     CHECK(m.time_usec == 123456 && m.min_distance == 110 && m.max_distance == 2000 && m.sensor_type == 1);
     CHECK(m.increment == 5 && m.increment_f == 0 && m.angle_offset == 0 && m.frame == 12);
     for (int i = 0; i < MAVLINK_SECTORS; i++)
@@ -480,7 +453,6 @@ TEST(min_distance_is_what_is_known_but_ignores_no_obstacle)
     struct mavlink_ring ring = ring_with(CLEAR, BLOCKED, 18);
     const struct mavlink_obstacle_conf conf = {0};
     struct mavlink_obstacle_distance_3d point[MAVLINK_FACES];
-
     ring.near_m = 1.139;
     CHECK_INT(distances(&ring, MAVLINK_UNKNOWN_AS_UNKNOWN, 20).min_distance, 113);
     CHECK_INT(mavlink_ring_points(&ring, &conf, 0, 20, 0, point), 1);
@@ -501,10 +473,8 @@ TEST(an_obstacle_counts_in_three_sectors_rounded_down)
     for (int at = 0; at < MAVLINK_SECTORS; at++) {
         const struct mavlink_ring ring = ring_with(at & 1 ? CLEAR : UNKNOWN, BLOCKED, at);
         const struct mavlink_obstacle_distance m = distances(&ring, MAVLINK_UNKNOWN_AS_UNKNOWN, 20);
-
         for (int i = 0; i < MAVLINK_SECTORS; i++) {
             const int away = (i - at + MAVLINK_SECTORS) % MAVLINK_SECTORS;
-
             CHECK_INT(m.distances[i], away <= 1 || away == MAVLINK_SECTORS - 1 ? 725 : at & 1 ? 2001 : 65535);
         }
     }
@@ -516,10 +486,8 @@ TEST(unknown_is_what_was_chosen)
     static const int want[] = {[MAVLINK_UNKNOWN_AS_UNKNOWN] = 65535,
                                [MAVLINK_UNKNOWN_AS_FAR] = 2001,
                                [MAVLINK_UNKNOWN_AS_DISTANCE] = 399};
-
     for (int as = 0; as < 3; as++) {
         const struct mavlink_obstacle_distance m = distances(&ring, (enum mavlink_unknown)as, 20);
-
         CHECK_INT(m.distances[0], want[as]);
         CHECK_INT(m.distances[9], 2001);
     }
@@ -558,7 +526,6 @@ TEST(ranges_at_the_ends)
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         const struct mavlink_ring ring = ring_with(rows[i].sector, NULL, 0);
         const int got = distances(&ring, MAVLINK_UNKNOWN_AS_UNKNOWN, rows[i].max_m).distances[5];
-
         if (got != rows[i].want)
             printf("# %s\n", rows[i].name);
         CHECK_INT(got, rows[i].want);
@@ -592,7 +559,6 @@ TEST(water_is_free_only_where_it_is_known_from_near_on)
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         const struct mavlink_ring ring = ring_with(rows[i].sector, NULL, 0);
         const int got = distances(&ring, MAVLINK_UNKNOWN_AS_UNKNOWN, 20).distances[5];
-
         if (got != rows[i].want)
             printf("# %s\n", rows[i].name);
         CHECK_INT(got, rows[i].want);
@@ -614,10 +580,8 @@ TEST(what_is_no_ring_changes_nothing)
     };
     struct mavlink_ring ring = ring_with(BLOCKED, NULL, 0);
     const struct mavlink_ring before = ring;
-
     for (size_t i = 0; i < sizeof results / sizeof *results; i++) {
         json_t *result = json_loads(results[i], JSON_DECODE_ANY, NULL);
-
         CHECK(!mavlink_ring_read(&ring, result));
         json_decref(result);
     }
@@ -642,7 +606,6 @@ TEST(a_doubted_ring_has_obstacles_but_no_free_water)
 TEST(a_ring_is_known_by_one_sector)
 {
     struct mavlink_ring ring = {0};
-
     CHECK(!mavlink_ring_known(&ring));
     ring = ring_with(UNKNOWN, BLOCKED, 71);
     CHECK(mavlink_ring_known(&ring));
@@ -659,7 +622,6 @@ TEST(each_face_gives_its_nearest_point)
     struct mavlink_ring ring = ring_with(CLEAR, BLOCKED, 18);
     const struct mavlink_obstacle_conf conf = {0};
     struct mavlink_obstacle_distance_3d point[MAVLINK_FACES];
-
     ring.sector[20] = (struct mavlink_sector){MAVLINK_SECTOR_BLOCKED, 9, 9}; /* same face, farther */
     ring.sector[71] = (struct mavlink_sector){MAVLINK_SECTOR_BLOCKED, 4, 4}; /* of the face ahead */
     CHECK_INT(mavlink_ring_points(&ring, &conf, M_PI / 6, 20, 1234, point), 2);
@@ -682,7 +644,6 @@ TEST(what_lasts_is_told_and_told_off)
 {
     struct mavlink_alert alert = {0};
     struct mavlink_statustext m;
-
     mavlink_alert_set(&alert, true, START, "sonar %s: lost", "front");
     CHECK(!mavlink_alert_due(&alert, START + 999 * MS, &m));
     CHECK(mavlink_alert_due(&alert, START + S, &m));
@@ -706,7 +667,6 @@ TEST(flapping_is_told_every_five_seconds_at_most)
     struct mavlink_statustext m = {0};
     uint64_t random = test_seed(), t_ns = START, told_ns = 0;
     bool failed = false;
-
     for (int i = 0; i < 1000; i++) {
         failed = test_random(&random) % 2;
         for (int k = (int)(test_random(&random) % 40); k > 0; k--, t_ns += 100 * MS) {
@@ -727,7 +687,6 @@ TEST(texts_fit_and_are_plain)
 {
     struct mavlink_alert alert = {0};
     struct mavlink_statustext m;
-
     mavlink_alert_set(&alert, true, START, "%s", "\x1b[2J\xc3\xa4 123456789 123456789 123456789 123456789 12");
     CHECK(mavlink_alert_due(&alert, START + S, &m));
     CHECK_INT(m.text[49], 0);
@@ -742,12 +701,10 @@ TEST(long_texts_go_out_in_parts)
     struct mavlink_alert alert = {0};
     struct mavlink_statustext m;
     char text[300], whole[300] = "";
-
     for (int length = 48; length < 300; length++) {
         const uint64_t t_ns = START + (uint64_t)length * 20 * S;
         const int parts = length < 50 ? 1 : (length < 255 ? length : 255) / 50 + 1;
         uint16_t id = 0;
-
         for (int i = 0; i < length; i++)
             text[i] = (char)('a' + i % 26);
         text[length] = '\0';
@@ -808,7 +765,6 @@ TEST(addresses_of_links)
 
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         struct mavlink_link link;
-
         fault.text[0] = '\0';
         if (mavlink_link_init(&link, rows[i].text, &fault) != rows[i].good) {
             printf("# %s\n", rows[i].text);
@@ -831,7 +787,6 @@ int getaddrinfo(const char *restrict node, const char *restrict service, const s
 {
     static struct sockaddr_in name;
     static struct addrinfo result;
-
     look_ups++;
     name = (struct sockaddr_in){.sin_family = AF_INET, .sin_port = htons((uint16_t)atoi(service))};
     if (node && inet_pton(AF_INET, node, &name.sin_addr) != 1)
@@ -853,7 +808,6 @@ static struct sockaddr_in name_of(int fd)
 {
     struct sockaddr_in name;
     socklen_t size = sizeof name;
-
     CHECK(getsockname(fd, (struct sockaddr *)&name, &size) == 0);
     return name;
 }
@@ -861,7 +815,6 @@ static struct sockaddr_in name_of(int fd)
 static int udp_socket(struct sockaddr_in *name)
 {
     const int fd = socket(AF_INET, SOCK_DGRAM, 0);
-
     *name = (struct sockaddr_in){.sin_family = AF_INET, .sin_addr = {htonl(INADDR_LOOPBACK)}};
     CHECK(bind(fd, (struct sockaddr *)name, sizeof *name) == 0);
     *name = name_of(fd);
@@ -872,7 +825,6 @@ static int udp_socket(struct sockaddr_in *name)
 static char heard(int fd)
 {
     char c = 0;
-
     return patience_for(fd, POLLIN) && recv(fd, &c, 1, 0) == 1 ? c : 0;
 }
 
@@ -881,7 +833,6 @@ TEST(udpin_answers_whom_it_is_told_to)
     char buffer[10];
     struct fault fault;
     struct mavlink_link link;
-
     CHECK(mavlink_link_init(&link, "udpin:14550", &fault));
     strcpy(link.port, "0"); /* any that is free */
     CHECK(mavlink_link_open(&link, START));
@@ -911,7 +862,6 @@ TEST(a_serial_line_that_went_away_is_tried_again_after_a_second)
     struct fault fault;
     struct mavlink_link link;
     const int far = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK);
-
     CHECK(grantpt(far) == 0 && unlockpt(far) == 0 && ptsname_r(far, path, sizeof path) == 0);
     snprintf(address, sizeof address, "serial:%s:115200", path);
     CHECK(mavlink_link_init(&link, address, &fault) && mavlink_link_open(&link, START));
@@ -940,7 +890,6 @@ TEST(a_peer_that_is_not_there_is_told_until_it_is_heard)
     struct mavlink_link link;
     const int fd = udp_socket(&name);
     int writes = 0;
-
     CHECK(connect(fd, (struct sockaddr *)&name, sizeof name) ==
           0); /* it hears itself alone: to others none is there */
     snprintf(address, sizeof address, "udp:127.0.0.1:%u", ntohs(name.sin_port));
@@ -967,12 +916,10 @@ TEST(a_name_that_is_not_known_is_asked_for_more_and_more_seldom)
     struct fault fault;
     uint64_t now_ns = START, last_ns = 0;
     int attempts = 0;
-
     look_ups = 0;
     CHECK(mavlink_link_init(&link, "udp:nowhere.invalid:14550", &fault));
     for (; now_ns < START + 120 * S; now_ns += S / 2) {
         const uint64_t before_ns = link.retry_ns;
-
         CHECK(!mavlink_link_open(&link, now_ns) && strstr(link.error, "look-up"));
         if (link.retry_ns == before_ns)
             continue;

@@ -19,7 +19,6 @@ static void end_here(struct daemon_here *d, struct mavlink_feed *feed)
 static void begin_with(struct daemon_here *d, struct mavlink_feed *feed, const char *downward)
 {
     const struct mavlink_feed_conf conf = {.socket = path, .rate_hz = 10, .downward = downward};
-
     listen_here(d);
     mavlink_feed_init(feed, &conf);
     feed->unix_offset_ns = OFFSET;
@@ -40,7 +39,6 @@ TEST(answers_are_taken_and_grow_old)
 {
     struct daemon_here d;
     struct mavlink_feed feed;
-
     begin(&d, &feed);
     CHECK(!mavlink_feed_answered(&feed, START) && mavlink_feed_reach_m(&feed) == 0);
     say_status(&d, 0.1, 0);
@@ -60,7 +58,6 @@ TEST(a_silent_daemon_is_left_after_a_while_and_another_tried)
     struct daemon_here d;
     struct mavlink_feed feed;
     const struct mavlink_pose pose = {.t_ns = START, .has = MAVLINK_POSE_DEPTH, .depth_m = 3};
-
     begin(&d, &feed);
     say_sectors(&d, 7, 0.25, 0);
     mavlink_feed_read(&feed, START);
@@ -93,7 +90,6 @@ TEST(what_waited_on_its_way_is_as_old_as_it_is)
 {
     struct daemon_here d;
     struct mavlink_feed feed;
-
     begin(&d, &feed);
     say_sectors(&d, 7, 0.25, 0);
     mavlink_feed_read(&feed, START);
@@ -112,7 +108,6 @@ TEST(steps_of_the_calendar_change_nothing)
     struct daemon_here d;
     struct mavlink_feed feed;
     const struct mavlink_pose pose = {.t_ns = START + 50 * MS, .has = MAVLINK_POSE_DEPTH, .depth_m = 3};
-
     begin(&d, &feed);
     for (size_t i = 0; i < sizeof steps_s / sizeof *steps_s; i++) {
         feed.unix_offset_ns = OFFSET + (uint64_t)(int64_t)(steps_s[i] * 1e9);
@@ -135,7 +130,6 @@ TEST(a_replay_has_a_calendar_of_its_own)
 {
     struct daemon_here d;
     struct mavlink_feed feed;
-
     begin(&d, &feed);
     d.replay = true;
     say_status(&d, 0.1, -1e8);
@@ -149,7 +143,6 @@ TEST(a_restarted_daemon_is_found_again)
 {
     struct daemon_here d;
     struct mavlink_feed feed;
-
     begin(&d, &feed);
     say_sectors(&d, 7, 0.25, 0);
     mavlink_feed_read(&feed, START);
@@ -171,7 +164,6 @@ TEST(no_leak_is_too_short_to_be_seen)
 {
     struct daemon_here d;
     struct mavlink_feed feed;
-
     begin(&d, &feed);
     say_status(&d, 0.1, 0);
     mavlink_feed_read(&feed, START);
@@ -200,7 +192,6 @@ TEST(a_refusal_is_told)
     struct daemon_here d;
     struct mavlink_feed feed;
     const struct mavlink_feed_conf conf = {.socket = path, .rate_hz = 10, .downward = "nobody"};
-
     listen_here(&d);
     mavlink_feed_init(&feed, &conf);
     mavlink_feed_connect(&feed, START);
@@ -216,7 +207,6 @@ TEST(each_downward_ping_is_taken_once)
 {
     struct daemon_here d;
     struct mavlink_feed feed;
-
     begin_with(&d, &feed, "below");
     CHECK_INT(feed.below.t_ns, 0);
     say_below(&d, 6, 0.25, 0);

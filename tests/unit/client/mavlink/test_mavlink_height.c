@@ -15,7 +15,6 @@ static double height(struct mavlink_vehicle *v, float roll, enum mavlink_id id, 
     const uint64_t now_ns = START + 100 * MS;
     const struct mavlink_attitude attitude = {.time_boot_ms = 5100, .roll = roll};
     struct mavlink_pose pose = {0};
-
     CHECK(give(v, MAVLINK_ATTITUDE, &attitude, now_ns));
     CHECK(give(v, id, content, now_ns));
     CHECK(mavlink_vehicle_pose(v, now_ns, &pose));
@@ -54,7 +53,6 @@ TEST(an_altimeter_is_believed_as_far_as_it_ranges_downward)
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         struct mavlink_vehicle v = vehicle_that(false);
         struct mavlink_distance_sensor m = below;
-
         m.current_distance = rows[i].cm;
         m.orientation = rows[i].orientation;
         m.signal_quality = rows[i].quality;
@@ -77,7 +75,6 @@ TEST(a_clearance_counts_while_there_is_one)
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         struct mavlink_vehicle v = vehicle_that(false);
         const struct mavlink_altitude_message m = {.time_usec = 5100000, .bottom_clearance = rows[i].clearance_m};
-
         CHECK_NEAR(height(&v, 0.5f, MAVLINK_ALTITUDE, &m), rows[i].height_m, 0, 1e-6);
     }
 }
@@ -87,7 +84,6 @@ TEST(of_two_altimeters_the_lower_counts)
     struct mavlink_vehicle v = vehicle_that(false);
     const struct mavlink_altitude_message higher = {.time_usec = 5090000, .bottom_clearance = 3};
     struct mavlink_distance_sensor lower = below;
-
     lower.current_distance = 200;
     height(&v, 0, MAVLINK_HEARTBEAT, &(struct mavlink_heartbeat){.type = 12, .autopilot = 3});
     give(&v, MAVLINK_DISTANCE_SENSOR, &lower, START + 150 * MS);
@@ -100,7 +96,6 @@ TEST(what_the_bridge_sent_itself_is_no_altimeter)
 {
     struct mavlink_vehicle v = vehicle_that(true);
     const struct mavlink_altitude_message fused = {.time_usec = 5100000, .bottom_clearance = 2.5f};
-
     CHECK_NEAR(height(&v, 0, MAVLINK_DISTANCE_SENSOR, &below), -1, 0, 0);
     v = vehicle_that(true);
     CHECK_NEAR(height(&v, 0, MAVLINK_ALTITUDE, &fused), -1, 0, 0);
@@ -110,7 +105,6 @@ TEST(what_the_bridge_sent_itself_is_no_altimeter)
 TEST(no_attitude_no_height)
 {
     struct mavlink_vehicle v = vehicle_that(false);
-
     CHECK(give(&v, MAVLINK_DISTANCE_SENSOR, &below, START + 100 * MS));
     CHECK_INT(v.next.has, 0);
 }

@@ -15,7 +15,6 @@ static struct mavlink_source source_of(const char *host, uint16_t port)
 {
     struct sockaddr_in a = {.sin_family = AF_INET, .sin_port = htons(port)};
     struct mavlink_source source = {.size = sizeof a};
-
     CHECK(inet_pton(AF_INET, host, &a.sin_addr) == 1);
     memcpy(&source.address, &a, sizeof a);
     return source;
@@ -48,7 +47,6 @@ TEST(networks)
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         struct mavlink_network network = {0};
         struct fault fault = {""};
-
         if (mavlink_network_parse(rows[i].text, &network, &fault) != rows[i].good) {
             printf("# %s\n", rows[i].text);
             CHECK(false);
@@ -64,7 +62,6 @@ TEST(the_peer_is_one_address_and_port_until_it_is_silent)
     const struct mavlink_source one = source_of("192.168.2.2", 14550), two = source_of("192.168.2.2", 14551),
                                 far = source_of("192.168.2.3", 14550);
     struct mavlink_peer peer = {0};
-
     CHECK_INT(mavlink_peer_judge(&peer, &one, START), MAVLINK_CANDIDATES);
     CHECK_INT(mavlink_peer_judge(&peer, &two, START),
               MAVLINK_CANDIDATES); /* nobody has spoken like the autopilot */
@@ -86,7 +83,6 @@ TEST(those_outside_the_network_are_never_candidates)
     const struct mavlink_source in = source_of("192.168.2.2", 5), out = source_of("192.168.3.2", 5), line = {0};
     struct mavlink_peer peer = {.network = {0xC0A80200, 0xFFFFFF00}};
     struct mavlink_source six = {.size = sizeof(struct sockaddr_in6)};
-
     six.address.ss_family = AF_INET6;
     CHECK_INT(mavlink_peer_judge(&peer, &out, START), MAVLINK_SOMEBODYS);
     CHECK_INT(mavlink_peer_judge(&peer, &six, START), MAVLINK_SOMEBODYS);
@@ -99,7 +95,6 @@ TEST(a_line_with_one_far_end_has_one_source)
 {
     const struct mavlink_source line = {0};
     struct mavlink_peer peer = {0};
-
     CHECK_INT(mavlink_peer_judge(&peer, &line, START), MAVLINK_CANDIDATES);
     CHECK(mavlink_peer_hold(&peer, &line, START));
     CHECK_INT(mavlink_peer_judge(&peer, &line, START + 100 * S), MAVLINK_PEERS);
@@ -113,7 +108,6 @@ TEST(strangers_are_named_once_and_not_too_often)
     struct mavlink_peer peer = {0};
     char text[300];
     int lines = 0;
-
     mavlink_peer_hold(&peer, &one, START);
     CHECK(!mavlink_peer_news(&peer, START, text, sizeof text));
     mavlink_peer_judge(&peer, &two, START);
@@ -159,7 +153,6 @@ TEST(only_an_autopilots_heartbeat_makes_a_peer)
                                       .system_id = rows[i].system,
                                       .component_id = rows[i].component};
         struct mavlink_vehicle v;
-
         if (rows[i].id == MAVLINK_HEARTBEAT)
             mavlink_pack(frame.message, &rows[i].beat, frame.payload);
         mavlink_vehicle_init(&v, &conf);
@@ -173,7 +166,6 @@ static int attitude(struct mavlink_vehicle *v, int64_t boot_ms, uint64_t now_ns)
 {
     const struct mavlink_attitude m = {.time_boot_ms = (uint32_t)boot_ms};
     struct mavlink_pose pose;
-
     give(v, MAVLINK_ATTITUDE, &m, now_ns);
     return mavlink_vehicle_pose(v, now_ns, &pose);
 }
@@ -183,10 +175,8 @@ static int poses_beside(int64_t apart_ms, uint64_t every_ms, bool *two)
 {
     struct mavlink_vehicle v = vehicle_at_start();
     int poses = 0;
-
     for (uint64_t ms = 0; ms < 20000; ms += 50) {
         const uint64_t now_ns = START + ms * MS;
-
         if (ms % 1000 == 0)
             beat(&v, now_ns);
         poses += attitude(&v, 1000000 + (int64_t)ms, now_ns) * (ms >= 5000);
@@ -202,11 +192,9 @@ TEST(two_clocks_under_one_system_id_give_no_pose)
     static const int64_t apart_ms[] = {300, 900, 5000, 86400000, -300, -900, -5000, -900000};
     static const uint64_t every_ms[] = {50, 200, 1000, 4000};
     bool two;
-
     for (size_t i = 0; i < sizeof apart_ms / sizeof *apart_ms; i++)
         for (size_t k = 0; k < sizeof every_ms / sizeof *every_ms; k++) {
             const int poses = poses_beside(apart_ms[i], every_ms[k], &two);
-
             if (poses || !two)
                 printf("# %d ms apart, each %d ms: %d poses\n", (int)apart_ms[i], (int)every_ms[k], poses);
             CHECK(poses == 0 && two);
@@ -219,14 +207,11 @@ TEST(two_clocks_under_one_system_id_give_no_pose)
 TEST(pressures_of_a_wrong_time_stop_no_pose)
 {
     static const uint32_t boot_ms[] = {0, 1000000, 2000000};
-
     for (size_t i = 0; i < sizeof boot_ms / sizeof *boot_ms; i++) {
         const struct mavlink_scaled_pressure m = {.time_boot_ms = boot_ms[i], .press_abs = 1500};
         struct mavlink_vehicle v = vehicle_at_start();
-
         for (uint64_t ms = 1000; ms < 20000; ms += 50) {
             const uint64_t now_ns = START + ms * MS;
-
             if (ms % 1000 == 0)
                 beat(&v, now_ns);
             CHECK(attitude(&v, 1000000 + (int64_t)ms, now_ns));
@@ -242,13 +227,11 @@ TEST(an_autopilot_that_starts_again_reports_again)
 {
     const struct mavlink_ekf_status_report aided = {.flags = 831};
     struct mavlink_vehicle v = vehicle_at_start();
-
     for (uint64_t ms = 0; ms < 8000; ms += 50) {
         const uint64_t now_ns = START + ms * MS;
         const bool restarted = ms >= 4000;
         const struct mavlink_local_position_ned m = {.time_boot_ms = (uint32_t)(restarted ? ms : 900000 + ms),
                                                      .x = 1};
-
         if (ms % 1000 == 0)
             beat(&v, now_ns);
         if (!restarted)
@@ -262,11 +245,9 @@ TEST(an_autopilot_that_starts_again_gives_poses_within_seconds)
 {
     struct mavlink_vehicle v = vehicle_at_start();
     uint64_t back_ms = 0;
-
     for (uint64_t ms = 0; ms < 20000; ms += 20) {
         const uint64_t now_ns = START + ms * MS;
         const bool restarted = ms >= 8000;
-
         if (ms % 1000 == 0)
             beat(&v, now_ns);
         if (ms >= 5000 && !restarted)
@@ -286,10 +267,8 @@ TEST(a_link_that_sticks_makes_no_clock_doubtful)
     struct mavlink_vehicle v = vehicle_at_start();
     uint64_t random = test_seed(), free_ns = START;
     int poses = 0;
-
     for (uint64_t ms = 0; ms < 60000; ms += 20) {
         const uint64_t sent_ns = START + ms * MS;
-
         if (free_ns < sent_ns && test_random(&random) % 100 == 0)
             free_ns = sent_ns + (200 + test_random(&random) % 4500) * MS;
         const uint64_t now_ns = free_ns > sent_ns ? free_ns : sent_ns;

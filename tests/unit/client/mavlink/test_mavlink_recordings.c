@@ -18,7 +18,6 @@ static struct log load(const char *path)
 {
     struct log log = {0};
     FILE *file = fopen(path, "rb");
-
     if (!file)
         return log;
     fseek(file, 0, SEEK_END);
@@ -35,7 +34,6 @@ static struct log load(const char *path)
 static const uint8_t *next_packet(const struct log *log, size_t *at, size_t *size, uint64_t *t_us)
 {
     const uint8_t *packet = log->bytes + *at + 8;
-
     if (*at + 8 >= log->n)
         return NULL;
     *t_us = 0;
@@ -66,7 +64,6 @@ static void check_stream(const struct log *log, uint64_t records, uint64_t broke
     uint64_t random = test_seed(), t_us, known = 0, total = 0;
     size_t at = 0, size, n = 0;
     const uint8_t *packet;
-
     memset(walked, 0, sizeof walked);
     memset(parsed, 0, sizeof parsed);
     while ((packet = next_packet(log, &at, &size, &t_us))) {
@@ -81,7 +78,6 @@ static void check_stream(const struct log *log, uint64_t records, uint64_t broke
     for (size_t i = 0; i < n;) {
         const uint8_t *bytes = stream + i;
         size_t k = 1 + test_random(&random) % 300, left;
-
         left = k = k < n - i ? k : n - i;
         while (mavlink_parser_next(&parser, &bytes, &left, &frame))
             parsed[frame.message->id % 12000]++;
@@ -111,7 +107,6 @@ static void check_garbage(const struct log *log, uint64_t broken)
     size_t n = log->n, at = 0, size;
     uint64_t known = 0, t_us;
     const uint8_t *packet;
-
     while ((packet = next_packet(log, &at, &size, &t_us)))
         known += mavlink_message(packet_id(packet)) != NULL;
     while (mavlink_parser_next(&parser, &bytes, &n, &frame))
@@ -138,11 +133,9 @@ static struct outcome fly(const struct log *log, int barometer)
     uint64_t t_us, last_ns = 0;
     size_t at = 0, size;
     const uint8_t *packet;
-
     mavlink_vehicle_init(&vehicle, &conf);
     while ((packet = next_packet(log, &at, &size, &t_us))) {
         struct mavlink_frame frame;
-
         while (mavlink_parser_next(&parser, &packet, &size, &frame)) {
             if (!mavlink_vehicle_take(&vehicle, &frame, t_us * 1000) ||
                 !mavlink_vehicle_pose(&vehicle, t_us * 1000, &pose))
@@ -181,7 +174,6 @@ TEST(every_packet_of_the_vehicle_with_a_downward_sonar)
 TEST(poses_come_at_the_attitudes_rate)
 {
     const struct outcome a = fly(&floating, 2), b = fly(&diving, 2);
-
     printf("# %d and %d poses, at most %.2f and %.2f s old; depth %.2f to %.2f m\n", (int)a.poses, (int)b.poses,
            a.worst_s, b.worst_s, b.least_depth_m, b.most_depth_m);
     CHECK(a.poses > 5000 && a.poses <= 5245 && a.refused == 0);
@@ -193,7 +185,6 @@ TEST(poses_come_at_the_attitudes_rate)
 TEST(at_the_logs_rate_thrusters_bound_nothing)
 {
     const struct outcome a = fly(&floating, 2), b = fly(&diving, 2);
-
     CHECK(a.no_bound != MAVLINK_BOUND);
     CHECK_INT(b.no_bound, MAVLINK_NO_RATE);
     CHECK(b.wired);
@@ -205,7 +196,6 @@ TEST(the_autopilot_says_which_barometer_is_outside)
 {
     const struct outcome a = fly(&floating, MAVLINK_BAROMETER_ANY), b = fly(&diving, MAVLINK_BAROMETER_ANY),
                          named = fly(&diving, 2);
-
     CHECK(isinf(a.least_depth_m) && a.poses > 5000);
     CHECK(b.poses > 2950 && isfinite(b.least_depth_m) && b.least_depth_m >= named.least_depth_m &&
           b.most_depth_m <= named.most_depth_m);

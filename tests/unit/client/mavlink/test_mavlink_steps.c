@@ -62,7 +62,6 @@ static void begin(void)
     socklen_t n = sizeof a;
     char address[64];
     struct fault fault;
-
     f = (struct flight){
         .now_ns = START, .pings = true, .range_m = 7, .sender = {.system_id = 7, .component_id = 1}};
     f.fd = socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
@@ -91,7 +90,6 @@ static void say_frame(enum mavlink_id id, const void *content)
 {
     uint8_t frame[MAVLINK_FRAME_MAX];
     const size_t n = mavlink_build(&f.sender, mavlink_message(id), content, frame);
-
     CHECK_INT(sendto(f.fd, frame, n, 0, (struct sockaddr *)&f.bridge_at, sizeof f.bridge_at), n);
 }
 
@@ -99,7 +97,6 @@ static void say_param(const char *name)
 {
     struct mavlink_param_value m = {.param_value = 1};
     int n;
-
     if (sscanf(name, "SERVO%d", &n) == 1)
         m.param_value = (float)(n <= 6 ? 32 + n : 0);
     if (strcmp(name, "FRAME_CONFIG") == 0)
@@ -111,7 +108,6 @@ static void say_param(const char *name)
 static void say_thrusters(void)
 {
     struct mavlink_servo_output_raw m = {.time_usec = (uint32_t)(100000000 + (f.now_ns - START) / 1000)};
-
     for (int i = 0; i < 6; i++)
         m.servo[i] = f.pulse_us;
     say_frame(MAVLINK_SERVO_OUTPUT_RAW, &m);
@@ -123,7 +119,6 @@ static void say_vehicle(void)
     const struct mavlink_heartbeat beat = {.type = 12, .autopilot = 3, .mavlink_version = 3};
     const struct mavlink_attitude attitude = {.time_boot_ms = (uint32_t)(100000 + (f.now_ns - START) / MS),
                                               .yaw = (float)((double)(f.now_ns - START) * 1e-10)};
-
     if (!f.flies || !f.bridge_at.sin_port)
         return;
     say_frame(MAVLINK_HEARTBEAT, &beat);
@@ -138,7 +133,6 @@ static struct mavlink_time now(void)
 {
     const struct mavlink_time t = {f.now_ns, OFFSET};
     const uint64_t end_ns = f.now_ns + (uint64_t)(f.hold_s * 1e9);
-
     f.hold_s = 0;
     while (f.now_ns < end_ns) {
         f.now_ns += STEP;
@@ -150,7 +144,6 @@ static struct mavlink_time now(void)
 static void step(void)
 {
     const double at_s = (double)(f.now_ns - START) * 1e-9;
-
     say_vehicle();
     if (f.pings)
         f.ping_s = at_s - 0.1;
@@ -171,7 +164,6 @@ static bool hear(struct heard *h)
     uint8_t buffer[512];
     socklen_t size = sizeof f.bridge_at;
     struct mavlink_frame frame;
-
     CHECK(patience_for(f.fd, POLLIN));
     const ssize_t got = recvfrom(f.fd, buffer, sizeof buffer, 0, (struct sockaddr *)&f.bridge_at, &size);
     size_t n = got > 0 ? (size_t)got : 0;
@@ -232,7 +224,6 @@ static bool hear(struct heard *h)
 static struct heard second(void)
 {
     struct heard h = {0};
-
     for (int i = 0; i < 10; i++)
         step();
     while (hear(&h)) {
@@ -244,7 +235,6 @@ static struct heard second(void)
 static struct heard seconds(int n)
 {
     struct heard all = {0};
-
     while (n-- > 0) {
         const struct heard h = second();
         const size_t used = strlen(all.text);
@@ -262,7 +252,6 @@ static struct heard seconds(int n)
 static void begin_flight(void)
 {
     struct heard h = {0};
-
     begin();
     step();
     while (hear(&h)) {
@@ -283,7 +272,6 @@ static void start_again(void)
 TEST(obstacles_come_while_the_daemon_answers_and_no_longer)
 {
     struct heard h;
-
     begin_flight();
     h = seconds(3);
     CHECK_INT(h.obstacles, 30);
@@ -310,7 +298,6 @@ TEST(obstacles_come_while_the_daemon_answers_and_no_longer)
 TEST(a_silent_sonar_is_told_and_its_obstacles_keep_their_time)
 {
     struct heard h;
-
     begin_flight();
     f.daemon.clear = 9;
     h = seconds(15);
@@ -333,7 +320,6 @@ TEST(a_silent_sonar_is_told_and_its_obstacles_keep_their_time)
 TEST(what_is_late_at_the_start_is_no_fault)
 {
     struct heard h = {0};
-
     begin();
     f.pings = false;
     f.ping_s = -1;
@@ -423,7 +409,6 @@ static void begin_flight_to_us(void)
 {
     struct fault fault;
     socklen_t size = sizeof f.bridge_at;
-
     begin();
     CHECK(mavlink_link_init(&f.link, "udpin:14550", &fault));
     strcpy(f.link.port, "0"); /* any that is free */
@@ -440,7 +425,6 @@ static void say_rolled(int stranger, bool beats)
     const struct mavlink_heartbeat beat = {.type = 12, .autopilot = 3, .mavlink_version = 3};
     const struct mavlink_attitude attitude = {.time_boot_ms = (uint32_t)(100900 + (f.now_ns - START) / MS),
                                               .roll = 1};
-
     f.fd = stranger;
     if (beats)
         say_frame(MAVLINK_HEARTBEAT, &beat);
@@ -453,14 +437,12 @@ TEST(a_stranger_is_not_believed_beside_the_autopilot)
 {
     const int stranger = socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
     uint8_t cut[] = {0xFD, 40, 0, 0, 0, 7, 1};
-
     begin_flight_to_us();
     say_rolled(stranger, false); /* no heartbeat: this is nobody */
     seconds(2);
     f.poses = 0;
     for (int i = 0; i < 60; i++) {
         struct heard h = {0};
-
         say_rolled(stranger, i > 30);
         /* the start of a frame, which would take the vehicle's next one in */
         CHECK(sendto(stranger, cut, sizeof cut, 0, (struct sockaddr *)&f.bridge_at, sizeof f.bridge_at) > 0);
@@ -480,7 +462,6 @@ TEST(a_stranger_is_not_believed_beside_the_autopilot)
 TEST(a_peer_that_is_silent_is_replaced)
 {
     const int next = socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-
     begin_flight_to_us();
     seconds(2);
     const int before = f.fd;
@@ -514,7 +495,6 @@ TEST(nor_do_poses_lose_it_when_the_bridge_is_held_up)
 TEST(nothing_is_said_to_a_vehicle_that_is_not_there)
 {
     struct heard h;
-
     begin_flight();
     f.flies = false;
     CHECK_INT(seconds(4).obstacles, 40); /* a heartbeat counts for five seconds */
@@ -531,7 +511,6 @@ TEST(nothing_is_said_to_a_vehicle_that_is_not_there)
 TEST(the_next_deadline_is_a_tenth_of_a_second_away)
 {
     struct pollfd fds[MAVLINK_BRIDGE_FDS];
-
     begin_flight();
     CHECK_INT(mavlink_bridge_wait(f.bridge, fds), f.now_ns);
     CHECK(fds[0].fd == f.link.fd && fds[1].fd >= 0);
@@ -544,7 +523,6 @@ TEST(a_link_is_there_when_something_was_received)
     char text[4096];
     FILE *const file = tmpfile();
     const int err = dup(2);
-
     dup2(fileno(file), 2);
     begin();
     seconds(2);
@@ -566,7 +544,6 @@ TEST(a_link_is_there_when_something_was_received)
 TEST(each_ping_below_is_told_once)
 {
     struct heard h;
-
     feed_conf.downward = "head";
     begin_flight();
     say_below(&f.daemon, 6, 0.25, 2);
@@ -593,7 +570,6 @@ TEST(each_ping_below_is_told_once)
 TEST(points_stand_where_the_obstacles_are)
 {
     struct heard h;
-
     feed_conf.layers = true;
     begin_flight();
     second();
@@ -615,13 +591,11 @@ TEST(points_stand_where_the_obstacles_are)
 TEST(only_what_does_not_come_is_asked_for)
 {
     bool reports = false;
-
     begin_flight();
     for (int s = 0; s < 15; s++) {
         const struct mavlink_local_position_ned m = {.time_boot_ms = (uint32_t)(100000 + (f.now_ns - START) / MS),
                                                      .vx = 0.1f};
         struct heard h;
-
         say_frame(MAVLINK_LOCAL_POSITION_NED, &m);
         h = second();
         reports |= h.asked_reports;
@@ -634,7 +608,6 @@ TEST(only_what_does_not_come_is_asked_for)
 TEST(the_autopilot_learns_our_time)
 {
     const struct mavlink_timesync question = {.ts1 = ASKED_NS};
-
     begin_flight();
     say_frame(MAVLINK_TIMESYNC, &question);
     patience_for(f.link.fd, POLLIN);

@@ -14,7 +14,6 @@ static uint32_t big_endian(const uint8_t *at)
 static const uint8_t *chunk(const struct bytes *png, size_t *at, const char *type, uint32_t *n)
 {
     const uint8_t *begun = png->data + *at;
-
     *n = big_endian(begun);
     CHECK(*at + 12 + *n <= png->size);
     CHECK(memcmp(begun + 4, type, 4) == 0);
@@ -32,7 +31,6 @@ TEST(a_picture_can_be_read)
     struct bytes png = {0};
     size_t at = 8;
     uint32_t n;
-
     png_write(&png, pixels, 4, 2, colours);
     CHECK(!png.failed && png.size > 8 && memcmp(png.data, "\x89PNG\r\n\x1a\n", 8) == 0);
     const uint8_t *head = chunk(&png, &at, "IHDR", &n);

@@ -38,7 +38,6 @@ static const struct message_type log_type = {
 static void check_hex(const struct bytes *out, const char *hex)
 {
     char got[1024] = "";
-
     CHECK(!out->failed && out->size < sizeof got / 2);
     for (size_t i = 0; i < out->size && i < sizeof got / 2 - 1; i++)
         snprintf(got + 2 * i, 3, "%02x", out->data[i]);
@@ -49,7 +48,6 @@ static void check_bytes(const char *json, const char *hex)
 {
     struct bytes out = {0};
     json_t *message = json_loads(json, 0, NULL);
-
     CHECK(message != NULL);
     protobuf_message(&outer, message, &out);
     check_hex(&out, hex);
@@ -89,7 +87,6 @@ TEST(long_objects_have_long_lengths)
 {
     struct bytes out = {0};
     char text[301] = "";
-
     memset(text, 'x', 300);
     json_t *message = json_pack("{s:{s:s, s:i}}", "o", "b", text, "d", 0);
     protobuf_message(&around, message, &out);
@@ -103,7 +100,6 @@ TEST(long_objects_have_long_lengths)
 TEST(a_schema_is_a_set_of_file_descriptors)
 {
     struct bytes out = {0};
-
     protobuf_schema(&log_type, &out);
     check_hex(&out,
               "0a340a10736f6d652f496e6e65722e70726f746f1204736f6d6522120a05496e6e657212090a016e1801200128056206"
@@ -120,7 +116,6 @@ TEST(results_have_types)
     const struct message_type *sectors = answer_type("sectors"), *status = answer_type("status");
     const struct message_field *f = sectors ? sectors->fields : NULL;
     int found = 0;
-
     CHECK(sectors && status && !answer_type("nonsense"));
     CHECK_STR(sectors->name, "sonard.sectors");
     for (int n = 1; f && f->name; f++, n++) {

@@ -23,7 +23,6 @@ static void take(double t_unix, double azimuth, double age, const char *samples)
 static double f64(const uint8_t *at)
 {
     double v;
-
     memcpy(&v, at, sizeof v);
     return v;
 }
@@ -31,7 +30,6 @@ static double f64(const uint8_t *at)
 static float f32(const uint8_t *at)
 {
     float v;
-
     memcpy(&v, at, sizeof v);
     return v;
 }
@@ -44,7 +42,6 @@ static void begin(void)
 TEST(bytes)
 {
     uint64_t seen = 0;
-
     begin();
     take(1000.5, 30, 0.25, "00ff7f");
     CHECK_INT(view_rows_part(&rows, &seen, out), 12 + 4 + 36 + 6 + 3);
@@ -73,7 +70,6 @@ TEST(bytes)
 TEST(the_same_ping_is_told_once)
 {
     uint64_t seen = 0;
-
     begin();
     take(1000, 30, 0.1, "00");
     take(1000.5, 30, 0.6, "00");
@@ -89,7 +85,6 @@ TEST(who_is_slow_gets_the_newest)
 {
     uint64_t seen = 0;
     int n = 0, parts = 0;
-
     begin();
     for (int turn = 0; turn < 3; turn++)
         for (int k = 0; k < 100; k++)
@@ -106,7 +101,6 @@ TEST(who_is_slow_gets_the_newest)
 TEST(forgotten_rows_do_not_come_back)
 {
     uint64_t seen = 0;
-
     begin();
     take(1000, 30, 0, "00");
     view_rows_forget(&rows);
@@ -127,7 +121,6 @@ TEST(what_is_no_row)
         "{\"t_unix\":1,\"rows\":[{\"azimuth_deg\":1,\"width_deg\":1,\"r0_m\":0,\"r1_m\":1}]}",
         "{\"rows\":[{\"azimuth_deg\":1,\"width_deg\":1,\"r0_m\":0,\"r1_m\":1,\"age_s\":0}]}"};
     uint64_t seen = 0;
-
     begin();
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
         json_t *image = json_loads(texts[i], 0, NULL);
@@ -160,7 +153,6 @@ TEST(rows_of_one_answer_change_in_the_order_of_their_pings)
 TEST(odd_and_wrong_digits_end_the_bins)
 {
     uint64_t seen = 0;
-
     begin();
     take(1000, 30, 0, "0a1");
     take(1000, 60, 0, "0ax1");
@@ -172,7 +164,6 @@ TEST(odd_and_wrong_digits_end_the_bins)
 TEST(more_bins_and_directions_than_there_is_room)
 {
     static char samples[2 * (VIEW_ROW_BINS + 10) + 1];
-
     begin();
     memset(samples, '7', sizeof samples - 1);
     for (int k = 0; k < VIEW_ROWS_MAX + 50; k++)

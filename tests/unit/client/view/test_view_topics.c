@@ -16,7 +16,6 @@ static struct view_cursor cursor;
 static json_t *made(const char *topic, const char *result)
 {
     const struct view_topic *t = view_topics;
-
     while (t->topic && strcmp(t->topic, topic) != 0)
         t++;
     CHECK(t->topic != NULL);
@@ -34,7 +33,6 @@ static json_t *made(const char *topic, const char *result)
 static const json_t *at(const json_t *from, const char *way)
 {
     char names[100];
-
     snprintf(names, sizeof names, "%s", way);
     for (char *name = strtok(names, "/"); name; name = strtok(NULL, "/"))
         from = json_object_get(from, name);
@@ -44,14 +42,12 @@ static const json_t *at(const json_t *from, const char *way)
 static double number(const json_t *from, const char *way)
 {
     const json_t *n = at(from, way);
-
     return json_is_number(n) ? json_number_value(n) : NAN;
 }
 
 static const char *word(const json_t *from, const char *way)
 {
     const char *s = json_string_value(at(from, way));
-
     return s ? s : "none";
 }
 
@@ -60,7 +56,6 @@ static size_t bytes_of(const json_t *message, uint8_t *out, size_t size)
 {
     const json_t *data = json_object_get(message, "data");
     const size_t n = json_string_length(data);
-
     CHECK(json_is_string(data));
     memcpy(out, json_string_value(data), n < size ? n : size);
     return n;
@@ -69,7 +64,6 @@ static size_t bytes_of(const json_t *message, uint8_t *out, size_t size)
 static float f32(const uint8_t *at)
 {
     float v;
-
     memcpy(&v, at, sizeof v);
     return v;
 }
@@ -106,7 +100,6 @@ TEST(echoes_are_points_with_the_left_positive)
 {
     static const float want[3][4] = {{0, -2, 0, 0.5f}, {3, 0, 0, 1}, {4, 0, 0, 0.2f}};
     uint8_t points[3 * 17 + 1];
-
     two_rows();
     json_t *message = made("/sonar/echoes", NULL);
     CHECK_STR(word(message, "frame_id"), "vehicle");
@@ -131,7 +124,6 @@ TEST(echoes_are_points_with_the_left_positive)
 TEST(no_echo_and_no_bin_are_clouds_without_points)
 {
     uint8_t none[1];
-
     two_rows();
     rows.row[0].n_echoes = rows.row[1].n_echoes = 0;
     json_t *message = made("/sonar/echoes", NULL);
@@ -148,7 +140,6 @@ TEST(no_echo_and_no_bin_are_clouds_without_points)
 TEST(pings_are_told_one_by_one)
 {
     uint8_t points[3 * 9 + 1];
-
     two_rows();
     cursor = (struct view_cursor){0};
     json_t *first = made("/sonar/ping", NULL), *second = made("/sonar/ping", NULL);
@@ -175,7 +166,6 @@ TEST(pings_are_told_one_by_one)
 TEST(a_ping_of_many_bins_keeps_its_peaks)
 {
     uint8_t points[200 * 9];
-
     two_rows();
     cursor = (struct view_cursor){0};
     rows.row[0].n_bins = VIEW_ROW_BINS;
@@ -192,7 +182,6 @@ TEST(a_ping_of_many_bins_keeps_its_peaks)
 static uint8_t pixel(const uint8_t *pixels, double forward_m, double right_m)
 {
     const double per_m = PICTURE_SIDE / 2.0 / picture_range_m(&rows);
-
     return pixels[(int)(PICTURE_SIDE / 2.0 - forward_m * per_m) * PICTURE_SIDE +
                   (int)(PICTURE_SIDE / 2.0 + right_m * per_m)];
 }
@@ -200,7 +189,6 @@ static uint8_t pixel(const uint8_t *pixels, double forward_m, double right_m)
 TEST(the_picture_lies_in_the_plane_with_the_bow_up)
 {
     static uint8_t pixels[PICTURE_SIDE * PICTURE_SIDE];
-
     two_rows();
     memcpy(rows.row[0].bin, (uint8_t[]){0, 255}, 2);
     memcpy(rows.row[1].bin, (uint8_t[]){100, 0, 200}, 3);
@@ -231,7 +219,6 @@ TEST(a_slice_is_turned_upside_down)
     static const uint8_t want[] = {0, 0, 2, 1, 1, 1, 2, 1, 0};
     uint8_t cells[10];
     json_t *message = made("/map/slice", SLICE);
-
     CHECK_INT(bytes_of(message, cells, sizeof cells), sizeof want);
     CHECK(memcmp(cells, want, sizeof want) == 0);
     CHECK_STR(word(message, "frame_id"), "map");
@@ -257,7 +244,6 @@ TEST(the_vehicle_is_east_north_up_and_turns_from_east)
     const char *of[] = {"x", "y", "z"};
     const double want[] = {8, 7, -9};
     char way[40];
-
     for (int i = 0; i < 3; i++) {
         snprintf(way, sizeof way, "pose/position/%s", of[i]);
         CHECK_NEAR(number(pose, way), want[i], 0, 1e-9);
@@ -280,7 +266,6 @@ TEST(the_vehicle_is_east_north_up_and_turns_from_east)
 TEST(roll_and_pitch_are_told)
 {
     json_t *up = made("/tf", STATUS("[0,0,0]", "[0,60,90]")), *over = made("/tf", STATUS("[0,0,0]", "[60,0,90]"));
-
     CHECK_NEAR(number(up, "rotation/y"), -0.5, 0, 1e-9);
     CHECK_NEAR(number(up, "rotation/w"), sqrt(0.75), 0, 1e-9);
     CHECK_NEAR(number(over, "rotation/x"), 0.5, 0, 1e-9);
@@ -293,7 +278,6 @@ TEST(without_a_pose_no_place_is_told)
 {
     static const char *const none[] = {STATUS("null", "[1,2,3]"), STATUS("[1,2,3]", "null"),
                                        STATUS("[1,2]", "[1,2,3]"), "{}"};
-
     for (size_t i = 0; i < sizeof none / sizeof none[0]; i++)
         CHECK(!made("/vehicle/pose", none[i]) && !made("/tf", none[i]));
 }
@@ -309,7 +293,6 @@ TEST(without_a_pose_no_place_is_told)
 static void check_scan(const char *sectors, const char *ranges)
 {
     json_t *scan = made("/sonard/scan", sectors), *want = json_loads(ranges, 0, NULL);
-
     CHECK_NEAR(number(scan, "start_angle"), -M_PI, 0, 1e-9);
     CHECK_NEAR(number(scan, "end_angle"), M_PI / 2, 0, 1e-9);
     CHECK(want && json_equal(json_object_get(scan, "ranges"), want));
@@ -325,7 +308,6 @@ TEST(a_scan_knows_how_far_it_was_judged)
                             "90", "clear", "9", "9") "," SECTOR("180", "unknown", "4",
                                                                 "2") "," SECTOR("270", "blocked", "3", "2") "]}"),
            *want = json_loads("[null,\"inf\",5.0,3.0]", 0, NULL);
-
     CHECK_NEAR(number(scan, "far_m"), 5, 0, 0);
     CHECK(want && json_equal(json_object_get(scan, "judged"), want));
     json_decref(scan);
@@ -351,13 +333,11 @@ TEST(a_ring_shows_how_far_each_sector_is_what)
                  *triangles = json_object_get(entity, "triangles");
     static const double from[] = {4, 0.5, 2}, cosine = M_SQRT1_2;
     static const double side[3][2] = {{1, 1}, {1, -1}, {-1, -1}}; /* of the first point: forward, left */
-
     CHECK_STR(word(entity, "frame_id"), "vehicle");
     CHECK_NEAR(number(entity, "lifetime/seconds"), 3, 0, 0);
     CHECK_INT(json_array_size(triangles), 3);
     for (size_t i = 0; i < 3; i++) {
         const json_t *list = json_array_get(triangles, i), *points = json_object_get(list, "points");
-
         CHECK_INT(json_array_size(points), 4);
         CHECK_INT(json_array_size(json_object_get(list, "indices")), 6);
         CHECK_NEAR(number(json_array_get(points, 0), "x"), side[i][0] * cosine * from[i], 0, 1e-9);
@@ -374,7 +354,6 @@ TEST(a_ring_shows_obstacles_beyond_as_well)
                                              "0", "clear", "7", "5") "," SECTOR("180", "unknown", "8", "2") "]}");
     const json_t *triangles = json_object_get(json_array_get(json_object_get(scene, "entities"), 0), "triangles");
     const json_t *band = json_object_get(json_array_get(triangles, 0), "points");
-
     CHECK_INT(json_array_size(band), 8);
     CHECK_NEAR(number(json_array_get(band, 0), "x"), M_SQRT1_2 * 7, 0, 1e-9);
     CHECK_NEAR(number(json_array_get(band, 1), "x"), M_SQRT1_2 * 7.15, 0, 1e-9);
@@ -391,7 +370,6 @@ TEST(a_ring_shows_obstacles_beyond_as_well)
 static void check_log(const char *status, const char *name, const char *sentence, int level)
 {
     json_t *log = made("/sonard/log", status);
-
     CHECK(log != NULL);
     CHECK_STR(word(log, "name"), name);
     CHECK_STR(word(log, "message"), sentence);
@@ -418,7 +396,6 @@ TEST(the_log_has_what_changed)
 TEST(answers_pass_as_they_are)
 {
     json_t *message = made("/sonard/status", "{\"version\":\"1\",\"t\":2}");
-
     CHECK(json_object_size(message) == 2 && number(message, "t") == 2);
     json_decref(message);
 }

@@ -100,7 +100,6 @@ static char *ask_as(const struct rpc_call *call, const char *line, size_t n)
 {
     struct rpc_job *job = rpc_begin(call, line, n);
     char *text = NULL;
-
     while (rpc_step(job, methods, call)) {
     }
     CHECK(rpc_end(job, &text));
@@ -119,7 +118,6 @@ static void check_reply(const char *name, const char *line, size_t n, const char
     const size_t length = strlen(want);
     const bool open = length > 3 && strcmp(want + length - 3, "...") == 0;
     const char *shown = got ? got : "-";
-
     if (open ? strncmp(shown, want, length - 3) != 0 : strcmp(shown, want) != 0) {
         printf("%s: got %s\n  expected %s\n", name, shown, want);
         test_case_failed = true;
@@ -137,7 +135,7 @@ static void check_rows(const struct row *row, size_t n)
         check_reply(row[i].name, row[i].line, strlen(row[i].line), row[i].want);
 }
 
-#define CHECK_ROWS(rows) check_rows(rows, sizeof(rows) / sizeof *(rows))
+#define CHECK_ROWS(rows) check_rows(rows, sizeof rows / sizeof *(rows))
 #define REQUEST          "{\"jsonrpc\":\"2.0\",\"method\":\"subtract\",\"params\":{\"minuend\":42,\"subtrahend\":23}"
 #define ERROR(code)      "{\"jsonrpc\":\"2.0\",\"error\":{\"code\":" #code ",\"message\":\""
 
@@ -218,7 +216,6 @@ TEST(ids_come_back_as_they_were)
         "null", "1.5", "\"\xc3\xa9\"",     "0.10000000000000001"};
     for (size_t i = 0; i < sizeof ids / sizeof *ids; i++) {
         char line[256], want[256];
-
         snprintf(line, sizeof line, REQUEST ",\"id\":%s}", ids[i]);
         snprintf(want, sizeof want, "{\"jsonrpc\":\"2.0\",\"result\":19.0,\"id\":%s}", ids[i]);
         check_reply(ids[i], line, strlen(line), want);
@@ -289,7 +286,6 @@ TEST(limits_are_named)
 {
     char *line = malloc(RPC_LINE_MAX + 2);
     char batch[8 * (RPC_BATCH_MAX + 2)] = "[1";
-
     memset(line, ' ', RPC_LINE_MAX + 1);
     memcpy(line, "{}", 2);
     check_reply("longest line", line, RPC_LINE_MAX, ERROR(-32600) "...");
@@ -326,7 +322,6 @@ TEST(notifications_run_and_are_counted)
 {
     static const char batch[] = "[{\"jsonrpc\":\"2.0\",\"method\":\"update\"},"
                                 "{\"jsonrpc\":\"2.0\",\"method\":\"update\"},7]";
-
     counts = (struct rpc_counts){0};
     n_updates = 0;
     check_reply("batch", batch, strlen(batch), "[" ERROR(-32600) "...");
@@ -342,9 +337,7 @@ TEST(quoted_input_is_made_harmless)
     for (int i = 0; i < 100; i++)
         strcat(line, "\xc3\xa9");
     strcat(line, "\"}");
-
     char *got = ask_bytes(line, strlen(line));
-
     CHECK(got && strstr(got, "no method '%s%n'?[31m\xc3\xa9\xc3\xa9"));
     for (const char *c = got; c && *c; c += readable_length(c) ? readable_length(c) : 1)
         CHECK(readable_length(c) > 0);
@@ -431,7 +424,6 @@ TEST(parameters_of_every_type_are_checked)
         struct rpc_error error = {0};
         json_t *params = json_loads(rows[i].given, 0, NULL);
         const bool ok = params_take(rows[i].params, params, &error);
-
         CHECK_STR(error.message, rows[i].want);
         CHECK_INT(ok, rows[i].want[0] == '\0');
         CHECK_INT(error.code, ok ? 0 : RPC_INVALID_PARAMS);
@@ -458,7 +450,6 @@ TEST(defaults_are_set_and_do_not_count_as_given)
     struct rpc_error error = {0};
     for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
         json_t *params = json_loads(row[i].given, 0, NULL);
-
         for (int again = 0; again < 2; again++) {
             CHECK(params_take(rows, params, &error));
             char *text = json_dumps(params, JSON_COMPACT);
@@ -485,11 +476,9 @@ TEST(spoilt_requests_get_a_sound_reply)
     for (int round = 0; round < 20000; round++) {
         char line[sizeof seedling + 16];
         size_t n = sizeof seedling - 1;
-
         memcpy(line, seedling, n);
         for (uint64_t k = test_random(&seed) % 4 + 1; k > 0; k--) {
             const size_t at = (size_t)(test_random(&seed) % n);
-
             switch (test_random(&seed) % 3) {
             case 0:
                 line[at] = (char)test_random(&seed);
@@ -526,11 +515,9 @@ TEST(who_may_only_ask_changes_nothing)
     };
     struct rpc_call asker = the_call;
     const int before = n_updates;
-
     asker.refusal = "you may not";
     for (size_t i = 0; i < sizeof lines / sizeof *lines; i++) {
         char *got = ask_as(&asker, lines[i][0], strlen(lines[i][0]));
-
         CHECK_STR(got ? got : "-", lines[i][1]);
         free(got);
     }

@@ -48,7 +48,6 @@ static bool get_state(const struct rpc_call *call, json_t *params, struct json_o
 static bool large(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
 {
     const int64_t n = params_integer(params, "bytes");
-
     (void)call, (void)error;
 
     char *text = malloc((size_t)n);
@@ -64,7 +63,6 @@ static bool large(const struct rpc_call *call, json_t *params, struct json_out *
 static bool busy(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
 {
     const int64_t ms = params_integer(params, "ms");
-
     (void)call, (void)error;
     work_ns += (uint64_t)ms * MS;
     return json_out_take(out, json_true());
@@ -116,14 +114,12 @@ static struct server *start(int max_clients, struct fault *fault)
                                      .kept_clients = kept_clients,
                                      .client_timeout_ns = 10000 * MS,
                                      .clock = work_clock};
-
     return server_start(loop, &conf, methods, NULL, fault);
 }
 
 static void set_up(int max_clients)
 {
     struct fault fault;
-
     loop = loop_new(true);
     loop_advance(loop, 1000 * MS);
     worker = worker_new(loop, &fault);
@@ -148,7 +144,6 @@ static void tear_down(void)
 static struct server_stats stats(void)
 {
     struct server_stats s;
-
     server_stats(server, &s);
     return s;
 }
@@ -170,7 +165,6 @@ static struct peer join(void)
 {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
     struct peer peer = {.fd = socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0)};
-
     snprintf(address.sun_path, sizeof address.sun_path, "%s", path);
     CHECK(connect(peer.fd, (struct sockaddr *)&address, sizeof address) == 0);
     peer.size = 8 << 20;
@@ -195,7 +189,6 @@ static void say(const struct peer *peer, const char *text)
 static bool take(struct peer *peer)
 {
     const ssize_t n = recv(peer->fd, peer->in + peer->n, peer->size - peer->n - 1, 0);
-
     if (n > 0)
         peer->n += (size_t)n;
     return n > 0 || (n < 0 && errno == EAGAIN);
@@ -207,10 +200,8 @@ static const char *hear(struct peer *peer, char *line, size_t size)
     for (int i = 0; i < 200; i++) {
         const bool open = take(peer);
         const char *end = memchr(peer->in, '\n', peer->n);
-
         if (end) {
             const size_t n = (size_t)(end - peer->in);
-
             snprintf(line, size, "%.*s", (int)n, peer->in);
             memmove(peer->in, end + 1, peer->n - n - 1);
             peer->n -= n + 1;
@@ -228,7 +219,6 @@ static const char *hear(struct peer *peer, char *line, size_t size)
 static size_t count_lines(struct peer *peer)
 {
     size_t n = 0;
-
     for (size_t i = 0; i < peer->n; i++)
         n += peer->in[i] == '\n';
     return n;
@@ -248,7 +238,6 @@ static size_t count_lines(struct peer *peer)
 TEST(a_request_in_any_pieces_is_answered)
 {
     const char *text = ASK("state", 1);
-
     set_up(4);
     struct peer peer = join();
 
@@ -355,7 +344,6 @@ TEST(bytes_that_are_no_request_get_an_error_and_no_more)
 TEST(a_flood_is_slowed_down_and_others_are_served)
 {
     static const char request[] = ASK("state", 1);
-
     set_up(4);
     struct peer greedy = join(), other = join();
     size_t sent = 0, turns_waited = 0;
@@ -401,7 +389,6 @@ static void set_up_replay(void)
                                      .client_timeout_ns = 10000 * MS,
                                      .no_rate_limit = true,
                                      .clock = work_clock};
-
     loop = loop_new(true);
     server = server_start(loop, &conf, methods, NULL, &fault);
     work_ns = 0;
@@ -509,10 +496,8 @@ TEST(a_batch_does_not_keep_others_waiting)
 static uint64_t pass(struct peer *peer, unsigned seconds)
 {
     uint64_t longest = 0;
-
     for (unsigned i = 0; i < 1000 * seconds; i++) {
         const uint64_t before = work_ns;
-
         loop_advance(loop, loop_now(loop) + MS);
         turn(1);
         take(peer);
@@ -529,7 +514,6 @@ TEST(requests_take_half_of_the_time_even_when_nobody_hears_the_results)
 
     for (int i = 0; i < 30; i++) {
         char lines[30 * sizeof BUSY(10)] = "";
-
         for (int k = 0; k < 15; k++)
             strcat(lines, BUSY(10) "}\n");
         say(&peer, lines);
@@ -547,7 +531,6 @@ TEST(requests_take_half_of_the_time_even_when_nobody_hears_the_results)
 TEST(watches_take_half_of_the_time_and_turns)
 {
     size_t told[WATCH_MAX + 1] = {0};
-
     set_up(4);
     struct peer peer = join();
 
@@ -661,7 +644,6 @@ TEST(a_slow_reader_gets_the_newest_state)
 {
     char last[512] = "";
     const char *line;
-
     set_up(4);
     struct peer peer = join();
 
@@ -761,7 +743,6 @@ TEST(a_result_beyond_the_bound_is_an_error)
     CHECK_INT(count_lines(&peer), 1);
     if (peer.n > 4000000) {
         static const char want[] = ",\"id\":2}," TOO_LONG(3) "," STATE(0, 4) "]\n";
-
         CHECK(memcmp(peer.in + peer.n - (sizeof want - 1), want, sizeof want - 1) == 0);
     }
     CHECK(peer.n > 4000000);
@@ -789,7 +770,6 @@ TEST(a_notification_beyond_the_bound_cuts_the_client)
 TEST(requests_wait_while_their_replies_are_not_read)
 {
     size_t replies = 0;
-
     set_up(4);
     struct peer peer = join();
 
@@ -832,7 +812,6 @@ TEST(a_client_that_asks_and_never_reads_is_cut)
 TEST(a_client_that_is_to_go_need_not_read_to_go)
 {
     char spaces[4096];
-
     set_up(4);
     struct peer peer = join();
 
@@ -926,7 +905,6 @@ TEST(a_client_that_vanishes_takes_nothing_with_it)
     set_up(4);
     for (int i = 0; i < 50; i++) {
         struct peer peer = join();
-
         say(&peer, WATCH("state", 50) "{\"jsonrpc\":\"2.0\",\"method\":\"large\",\"params\":{\"bytes\":900000},"
                                       "\"id\":1}\n" ASK("state", 1));
         turn(i % 5);
@@ -1194,7 +1172,6 @@ static struct peer join_as(uid_t uid)
 {
     struct peer peer = {.fd = -1};
     int fd[2];
-
     CHECK(chmod(directory, 0755) == 0 && chmod(path, 0666) == 0);
     CHECK(socketpair(AF_UNIX, SOCK_STREAM, 0, fd) == 0);
     const pid_t child = fork();
@@ -1260,7 +1237,6 @@ static int watches_of(struct peer *peer, const char *request)
 {
     const uint64_t errors = stats().errors;
     int n = 0;
-
     while (n < 2 * WATCH_MAX && stats().errors == errors) {
         say(peer, request);
         turn(1);
@@ -1287,7 +1263,6 @@ TEST(the_rate_of_a_client_s_watches_is_bounded)
 TEST(the_watches_of_all_clients_are_bounded)
 {
     struct peer peer[22];
-
     set_up(32);
     for (int i = 0; i < 20; i++) {
         peer[i] = join();
@@ -1308,7 +1283,6 @@ TEST(the_watches_of_all_clients_are_bounded)
 static bool take_descriptors(int taken[FILES_MAX], int *n)
 {
     int one_more;
-
     for (*n = 0; *n < FILES_MAX; (*n)++) {
         taken[*n] = open("/dev/null", O_RDONLY);
         if (taken[*n] < 0)
@@ -1325,7 +1299,6 @@ TEST(no_descriptors_left_is_a_pause_not_the_end)
     struct sockaddr_un address = {.sun_family = AF_UNIX};
     int fd, taken[FILES_MAX], n;
     bool none_left;
-
     set_up(4);
     fd = socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0);
     snprintf(address.sun_path, sizeof address.sun_path, "%s", path);
@@ -1351,14 +1324,12 @@ TEST(no_descriptors_left_is_a_pause_not_the_end)
 static bool is_socket(void)
 {
     struct stat st;
-
     return lstat(path, &st) == 0 && S_ISSOCK(st.st_mode);
 }
 
 TEST(the_socket_file_has_its_mode_and_goes_with_the_server)
 {
     struct stat st;
-
     set_up(4);
     CHECK(lstat(path, &st) == 0);
     CHECK_INT(st.st_mode & 07777, 0640);
@@ -1370,7 +1341,6 @@ TEST(a_second_daemon_does_not_start)
 {
     struct fault fault = {""};
     char want[256];
-
     set_up(4);
     CHECK(start(4, &fault) == NULL);
     snprintf(want, sizeof want, "another sonard is listening on %s", path);
@@ -1383,7 +1353,6 @@ TEST(a_stale_socket_is_replaced)
 {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
     const int fd = socket(AF_UNIX, SOCK_STREAM, 0);
-
     snprintf(address.sun_path, sizeof address.sun_path, "%s", path);
     CHECK(bind(fd, (struct sockaddr *)&address, sizeof address) == 0);
     close(fd);
@@ -1402,7 +1371,6 @@ TEST(a_directory_that_another_keeps_locked_is_an_error)
     struct fault fault = {""};
     char want[256];
     const int fd = open(directory, O_RDONLY | O_DIRECTORY);
-
     CHECK(fd >= 0 && flock(fd, LOCK_EX) == 0);
     loop = loop_new(true);
     alarm(60); /* not to hang where it waits for ever */
@@ -1419,7 +1387,6 @@ TEST(what_is_no_socket_is_left_alone)
     struct fault fault = {""};
     char want[256];
     const int fd = open(path, O_CREAT | O_WRONLY, 0600);
-
     close(fd);
     loop = loop_new(true);
     CHECK(start(4, &fault) == NULL);
@@ -1435,7 +1402,6 @@ TEST(paths_that_cannot_be_are_refused)
     struct fault fault = {""};
     char long_path[200];
     struct server_conf conf = {.path = long_path, .mode = 0600, .max_clients = 1};
-
     loop = loop_new(true);
     memset(long_path, 'a', sizeof long_path - 1);
     long_path[0] = '/';
@@ -1550,7 +1516,6 @@ static size_t in_use(void)
 static void ask_and_leave(int clients)
 {
     static struct peer peer[15];
-
     for (int i = 0; i < clients; i++) {
         peer[i] = join();
         for (int k = 0; k < 3; k++) /* more than any kernel holds */
@@ -1578,7 +1543,6 @@ TEST(what_clients_needed_goes_with_them)
 int main(void)
 {
     const struct rlimit few = {.rlim_cur = FILES_MAX, .rlim_max = FILES_MAX};
-
     setrlimit(RLIMIT_NOFILE, &few);
     if (!mkdtemp(directory))
         return 1;

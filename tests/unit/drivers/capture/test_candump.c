@@ -35,7 +35,7 @@ TEST(lines_that_are_frames)
         {"(1.000000) can0 123#11 T", 0x123, CAN_MTU, 1, 0, 0x11, 0x11},
         {"(1.000000) can0 123#11\r", 0x123, CAN_MTU, 1, 0, 0x11, 0x11},
     };
-    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         struct candump_frame f;
         bool good = parse(cases[i].line, &f) && f.frame.can_id == cases[i].id && f.n == cases[i].n &&
                     f.frame.len == cases[i].len && f.frame.flags == cases[i].flags &&
@@ -88,7 +88,7 @@ TEST(lines_that_are_none)
         "(-1.000000) can0 123#11",
         "(1.000000) can0 00100#81:00:12345678#112233", /* CAN XL */
     };
-    for (size_t i = 0; i < sizeof(lines) / sizeof(lines[0]); i++) {
+    for (size_t i = 0; i < sizeof lines / sizeof lines[0]; i++) {
         struct candump_frame f;
         bool taken = parse(lines[i], &f);
         if (taken)
@@ -147,7 +147,7 @@ TEST(differences_are_added_up)
          false, 1700000000100},
         {"(9999999999.000000) can0 001#\n", false, 9999999999000},
     };
-    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         struct fault fault;
         struct candump_frame f = {0};
         struct candump *log = open_text(row[i].text, &fault);
@@ -162,7 +162,7 @@ TEST(differences_are_added_up)
 TEST(files_that_are_no_log)
 {
     static const char *const texts[] = {"", "\n", "can0  123   [2]  11 22\n", "(1.0) can0 zzz\n"};
-    for (size_t i = 0; i < sizeof(texts) / sizeof(texts[0]); i++) {
+    for (size_t i = 0; i < sizeof texts / sizeof texts[0]; i++) {
         struct fault fault = {""};
         CHECK(open_text(texts[i], &fault) == NULL);
         CHECK(fault.text[0] != '\0');

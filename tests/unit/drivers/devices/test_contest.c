@@ -29,7 +29,6 @@ static void begin(void)
 static void pings(unsigned n, unsigned timeouts, bool polled)
 {
     const struct device_io io = {.note = take_note};
-
     status.timeouts += timeouts;
     for (unsigned i = 0; i < n; i++, now_ns += SEC / 10)
         contest_ping(&contest, &status, polled, now_ns, &io);

@@ -82,7 +82,7 @@ TEST(half_precision_numbers)
                  {0xC000, -2}, {0x0000, 0},       {0x7C00, INFINITY}};
     uint8_t payload[15] = {0};
     struct dronecan_measurement m;
-    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         payload[13] = (uint8_t)cases[i].bits;
         payload[14] = (uint8_t)(cases[i].bits >> 8);
         CHECK(dronecan_decode_measurement(payload, 15, &m));
@@ -123,7 +123,7 @@ TEST(broken_transfers_cost_themselves_only)
         {"short message", {"10041A2A#0102C5", NULL}, 0, 0, 1},
         {"anonymous", {"10041A00#0102C5", NULL}, 0, 0, 1},
     };
-    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         CHECK(rig_open(&device_dronecan, -1, -1));
         for (int k = 0; k < 6 && cases[i].frame[k]; k++)
             rig_hear(cases[i].frame[k]);
@@ -218,7 +218,7 @@ TEST(readings_that_are_no_range)
         {"zero", 9, 0, 0, 0, 1, 0},           {"negative", 9, 0xC740, 0, 0, 1, 0},
         {"infinite", 9, 0x7C00, 0, 0, 1, 0},  {"not a number", 9, 0x7E00, 0, 0, 1, 0},
     };
-    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         CHECK(rig_open(&device_dronecan, -1, -1));
         hear_made(42, 1, cases[i].types, cases[i].range);
         if (rig.pings != cases[i].pings || (rig.pings && rig.range_m[0] != cases[i].range_m) ||
@@ -235,7 +235,7 @@ TEST(node_and_sensor_are_chosen)
         int node, sensor_id;
         unsigned pings;
     } cases[] = {{-1, -1, 1}, {42, -1, 1}, {43, 3, 1}, {44, -1, 0}, {-1, 3, 1}, {42, 4, 0}};
-    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         CHECK(rig_open(&device_dronecan, cases[i].node, cases[i].sensor_id));
         hear_all();
         hear_made(43, 5, 9, 0x4400);
@@ -269,7 +269,7 @@ TEST(filter_lets_only_the_sensor_through)
                  {0x9001552A, false}, {0x10041A2A, false}, {0xD0041A2A, false}, {0x90051A2A, false}};
     CHECK(rig_open(&device_dronecan, 42, -1));
     struct can_match match = rig.ops->can_match(rig.state);
-    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         struct canfd_frame f = {.can_id = cases[i].id};
         CHECK_INT(can_frame_matches(&f, match), cases[i].passes);
     }

@@ -133,7 +133,6 @@ TEST(worked_requests)
 {
     uint8_t want[IMAGENEX_SWITCH_BYTES];
     struct device_conf conf = usual();
-
     conf.gain = 6;
     hex("FE 44 11 14 00 00 43 00 06 00 14 00 00 00 64 00 00 00 00 32 00 00 00 00 00 00 FD", want, sizeof want);
     open_device(&device_imagenex852, &conf);
@@ -151,7 +150,6 @@ TEST(worked_reply)
     struct imagenex_frame f;
     const uint8_t *at = bytes;
     size_t n = sizeof bytes;
-
     hex("49 47 58 11 45 78 0A 32 40 03 74 03", bytes, 12);
     bytes[12] = 0xfc;
     bytes[511] = 9;
@@ -620,7 +618,6 @@ static void recording(const char *path, int pings, int with_range, int agreeing_
     struct device_conf conf = usual();
     struct fault fault;
     FILE *f = fopen(path, "rb");
-
     CHECK(f != NULL);
     if (!f)
         return;

@@ -24,7 +24,7 @@ TEST(settings_for_a_range)
         {5, 400, 26, 50, 50, 4.992},     {10, 400, 52, 50, 100, 9.984},    {20, 400, 104, 75, 200, 19.968},
         {50, 400, 260, 150, 500, 49.92}, {75, 400, 391, 213, 750, 75.072}, {200, 400, 1042, 350, 2000, 200.064},
     };
-    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         struct micron_settings set = {0};
         micron_set_range(&set, row[i].range_m, 1500.0);
         CHECK_INT(set.n_bins, row[i].n);
@@ -65,7 +65,7 @@ TEST(settings_for_a_scan)
         {315, 45, 0.225, 2400, 4000, 4, false}, {135, 225, 3.6, 5600, 800, 64, false},
         {-90, 0, 0.01, 1600, 3200, 1, false},   {90, 180, 14.36, 4800, 0, 255, false},
     };
-    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         struct micron_settings s = {0};
         micron_set_scan(&s, geo_rad(row[i].start_deg), geo_rad(row[i].end_deg), geo_rad(row[i].step_deg));
         CHECK_INT(s.left, row[i].left);
@@ -98,19 +98,18 @@ TEST(commands_byte_by_byte)
                                           7,   0x19, 0x80, 2,   0x40, 0xe2, 1, 0,   10};
     uint8_t out[MICRON_COMMAND_BYTES], want[82];
     struct micron_settings set = usual_settings();
-
-    CHECK_INT(micron_encode_head_command(out, sizeof(out), &set), 66);
+    CHECK_INT(micron_encode_head_command(out, sizeof out, &set), 66);
     CHECK(memcmp(out, plain_command, 66) == 0);
     set.dst = true;
     memcpy(want, plain_command, 65);
     memcpy(want + 65, dst_block, 17);
     want[3] = '4', want[4] = 'C', want[5] = 0x4c, want[9] = 0x47, want[13] = 0x1d, want[16] = 0x11;
-    CHECK_INT(micron_encode_head_command(out, sizeof(out), &set), 82);
+    CHECK_INT(micron_encode_head_command(out, sizeof out, &set), 82);
     CHECK(memcmp(out, want, 82) == 0);
     CHECK_INT(micron_encode_head_command(out, 81, &set), 0);
-    CHECK_INT(micron_encode_short(out, sizeof(out), SEANET_SEND_VERSION), 14);
+    CHECK_INT(micron_encode_short(out, sizeof out, SEANET_SEND_VERSION), 14);
     CHECK(memcmp(out, send_version, 14) == 0);
-    CHECK_INT(micron_encode_send_data(out, sizeof(out), 123456), 18);
+    CHECK_INT(micron_encode_send_data(out, sizeof out, 123456), 18);
     CHECK(memcmp(out, send_data, 18) == 0);
 }
 
@@ -121,7 +120,7 @@ TEST(ways)
         int way;
     } row[] = {{0, 16, 16},     {16, 0, -16},    {6384, 0, 16}, {0, 6384, -16},
                {0, 3200, 3200}, {3200, 0, 3200}, {5, 5, 0},     {1, 3202, -3199}};
-    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++)
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++)
         CHECK_INT(micron_angle_to(row[i].from, row[i].to), row[i].way);
 }
 
@@ -216,7 +215,7 @@ TEST(bearings)
     } row[] = {{3200, 0}, {4800, 90}, {0, 180}, {6399, 179.94375}, {1600, 270}, {3199, 359.94375}, {3216, 0.9}};
     uint8_t payload[100], data[8] = {0};
     static struct micron_line line;
-    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         struct reply r = usual_reply;
         r.n = 8, r.bearing = row[i].bearing;
         struct seanet_frame f = frame_of(payload, build_payload(payload, &r, data), 0, true);
@@ -265,7 +264,7 @@ TEST(senseless_lines)
     };
     static struct micron_line line;
     uint8_t payload[900], data[800] = {0};
-    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         struct seanet_frame f = frame_of(payload, build_payload(payload, &row[i].reply, data), 0, true);
         CHECK_INT(micron_line_add(&line, &f), MICRON_LINE_WHOLE);
         CHECK_INT(micron_line_bins(&line), 0);
@@ -390,7 +389,7 @@ static void answer_message(uint8_t id, size_t n, const uint8_t *payload)
 {
     uint8_t b[300];
     answer(rig.now_ns + 2 * MS + wire(n), b,
-           seanet_build(b, sizeof(b), (struct seanet_head){2, 255, id, SEANET_LAST_PACKET}, payload, n));
+           seanet_build(b, sizeof b, (struct seanet_head){2, 255, id, SEANET_LAST_PACKET}, payload, n));
 }
 
 static void send_alive(void)
@@ -445,7 +444,7 @@ static void answer_data(void)
         for (size_t at = 0, k = 0; at < n; k++) {
             size_t part = n - at > 128 ? 128 : n - at;
             unsigned last = at + part == n ? SEANET_LAST_PACKET : 0;
-            size_t length = seanet_build(b, sizeof(b), (struct seanet_head){2, 255, 2, (uint8_t)(k | last)},
+            size_t length = seanet_build(b, sizeof b, (struct seanet_head){2, 255, 2, (uint8_t)(k | last)},
                                          payload + at, part);
             t_ns += wire(length);
             answer(t_ns, b, length);
@@ -453,16 +452,16 @@ static void answer_data(void)
         }
         return;
     }
-    n = seanet_build(b, sizeof(b), (struct seanet_head){2, 255, 2, SEANET_LAST_PACKET}, payload, n);
+    n = seanet_build(b, sizeof b, (struct seanet_head){2, 255, 2, SEANET_LAST_PACKET}, payload, n);
     if (rig.cut_replies) {
         rig.cut_replies--;
         n -= 30;
     }
     if (rig.false_head) { /* of a message that is never to come */
         static const uint8_t head[13] = {'@', '0', 'F', 'A', '0', 0xa0, 0x0f, 2, 255, 0, 99, 0x80, 2};
-        memmove(b + sizeof(head), b, n);
-        memcpy(b, head, sizeof(head));
-        n += sizeof(head);
+        memmove(b + sizeof head, b, n);
+        memcpy(b, head, sizeof head);
+        n += sizeof head;
         rig.false_head = false;
     }
     answer(t_ns + wire(n), b, n);
@@ -566,7 +565,7 @@ static void take_note(void *ctx, enum device_note level, const char *fmt, ...)
     size_t used = strlen(rig.notes);
     va_list args;
     va_start(args, fmt);
-    if (used < sizeof(rig.notes) - 200) {
+    if (used < sizeof rig.notes - 200) {
         vsnprintf(rig.notes + used, 200, fmt, args);
         strcat(rig.notes, "\n");
     }
@@ -585,7 +584,7 @@ static void rig_new(const struct device_conf *conf)
 {
     struct fault fault = {""};
     free(rig.state);
-    memset(&rig, 0, sizeof(rig));
+    memset(&rig, 0, sizeof rig);
     rig.state = calloc(1, device_micron.state_size);
     rig.io = (struct device_io){.send = head_send,
                                 .hold_break = head_break,
@@ -689,7 +688,7 @@ TEST(configuration_faults_name_the_key)
     };
     void *state = calloc(1, device_micron.state_size);
     struct fault fault;
-    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         struct device_conf conf = usual_conf();
         memcpy((char *)&conf + row[i].offset, &row[i].value, sizeof(double));
         CHECK(!device_micron.init(state, &conf, &fault));
@@ -953,11 +952,11 @@ TEST(packet_that_comes_too_late)
     for (int late = 0; late < 2; late++) {
         rig_new(&conf);
         rig_open();
-        size_t n = seanet_build(b, sizeof(b), (struct seanet_head){2, 255, SEANET_HEAD_DATA, 0}, payload, 61);
+        size_t n = seanet_build(b, sizeof b, (struct seanet_head){2, 255, SEANET_HEAD_DATA, 0}, payload, 61);
         device_micron.feed(rig.state, b, n, rig.now_ns, &rig.io);
         rig.now_ns += late ? SEC + MS : SEC;
-        n = seanet_build(b, sizeof(b), (struct seanet_head){2, 255, SEANET_HEAD_DATA, 1 | SEANET_LAST_PACKET},
-                         data, 20);
+        n = seanet_build(b, sizeof b, (struct seanet_head){2, 255, SEANET_HEAD_DATA, 1 | SEANET_LAST_PACKET}, data,
+                         20);
         device_micron.feed(rig.state, b, n, rig.now_ns, &rig.io);
         CHECK_INT(rig.pings, !late);
         CHECK_INT(status().bad_frame, late);
@@ -970,7 +969,7 @@ TEST(gain_in_tenths)
         int gain;
         unsigned sent;
     } row[] = {{-1, 84}, {0, 0}, {1, 21}, {10, 210}};
-    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         struct device_conf conf = usual_conf();
         conf.gain = row[i].gain;
         rig_running(&conf);
@@ -1110,7 +1109,7 @@ TEST(other_nodes_of_the_bus)
     rig_running(&conf);
     unsigned before = rig.pings;
     uint64_t frames = status().frames;
-    size_t n = seanet_build(b, sizeof(b), (struct seanet_head){20, 255, SEANET_HEAD_DATA, SEANET_LAST_PACKET},
+    size_t n = seanet_build(b, sizeof b, (struct seanet_head){20, 255, SEANET_HEAD_DATA, SEANET_LAST_PACKET},
                             payload, length);
     device_micron.feed(rig.state, b, n, rig.now_ns, &rig.io);
     CHECK_INT(rig.pings, before);
@@ -1127,9 +1126,9 @@ TEST(listening)
     rig_new(&conf);
     rig_open();
     CHECK(device_micron.deadline(rig.state) == UINT64_MAX);
-    for (size_t i = 0; i < sizeof(bearing) / sizeof(bearing[0]); i++) {
+    for (size_t i = 0; i < sizeof bearing / sizeof bearing[0]; i++) {
         r.bearing = bearing[i];
-        size_t n = seanet_build(b, sizeof(b), (struct seanet_head){2, 255, SEANET_HEAD_DATA, SEANET_LAST_PACKET},
+        size_t n = seanet_build(b, sizeof b, (struct seanet_head){2, 255, SEANET_HEAD_DATA, SEANET_LAST_PACKET},
                                 payload, build_payload(payload, &r, data));
         device_micron.feed(rig.state, b, n, rig.now_ns, &rig.io);
     }

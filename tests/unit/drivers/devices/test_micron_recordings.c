@@ -50,7 +50,7 @@ static unsigned load_rows(const char *path)
     FILE *f = fopen(path, "r");
     if (!f)
         abort();
-    while (count < MAX_LINES && fgets(text, sizeof(text), f)) {
+    while (count < MAX_LINES && fgets(text, sizeof text, f)) {
         char *at = text;
         struct row *r = &rows[count];
         if (text[0] == '#')
@@ -81,7 +81,7 @@ static void *state;
 static struct ping *begin_ping(void *ctx)
 {
     (void)ctx;
-    ping = (struct ping){.beam = &beam, .samples = samples, .max_beams = 1, .max_samples = sizeof(samples)};
+    ping = (struct ping){.beam = &beam, .samples = samples, .max_beams = 1, .max_samples = sizeof samples};
     return &ping;
 }
 
@@ -159,7 +159,7 @@ static void check_stream(const char *name, const char *list, unsigned lines, uns
     size_t n;
     uint8_t *bytes = load(name, &n);
     CHECK_INT(load_rows(list), lines);
-    for (size_t i = 0; i < sizeof(split) / sizeof(split[0]); i++) {
+    for (size_t i = 0; i < sizeof split / sizeof split[0]; i++) {
         wrong = 0;
         listen(1500.0, compare);
         struct device_status s = feed(bytes, n, split[i]);
@@ -210,7 +210,7 @@ TEST(damaged_lines_are_skipped_and_counted)
     uint8_t *bytes = load(TARGET ".rebuilt.stream", &n);
     uint8_t *damaged = malloc(2 * n + SEANET_FRAME_MAX);
     bool whole[MAX_LINES] = {false};
-    memset(rows, 0, sizeof(rows));
+    memset(rows, 0, sizeof rows);
     unsigned lines = load_rows(TARGET ".csv");
     const size_t length = n / lines;
 
@@ -232,7 +232,7 @@ TEST(damaged_lines_are_skipped_and_counted)
     }
     memset(damaged + out, 0, SEANET_FRAME_MAX); /* so much may a false head wait for */
     out += SEANET_FRAME_MAX;
-    memset(seen, 0, sizeof(seen));
+    memset(seen, 0, sizeof seen);
     invented = 0;
     listen(1500.0, recognise);
     struct device_status s = feed(damaged, out, 333);
@@ -272,7 +272,7 @@ static unsigned feed_rows(const char *list, unsigned ticks, void (*take)(void))
     unsigned lines = load_rows(list);
     size_t n = 0;
     for (unsigned i = 0; i < lines; i++)
-        n += row_as_frame(&rows[i], ticks, stream + n, sizeof(stream) - n);
+        n += row_as_frame(&rows[i], ticks, stream + n, sizeof stream - n);
     listen(2.0 * rows[0].range_m / rows[0].n / (ticks * MICRON_TICK_S), take);
     feed(stream, n, 128);
     return lines;
@@ -311,7 +311,7 @@ TEST(tank_walls_through_device_and_extraction)
     struct fault fault = {""};
 
     extract_defaults(&conf);
-    if (extract_size(MICRON_BINS_MAX) > sizeof(memory))
+    if (extract_size(MICRON_BINS_MAX) > sizeof memory)
         abort();
     extract = extract_init(memory, &conf, MICRON_BINS_MAX, &fault);
     wall[0].distance_m = 2.21, wall[0].normal_deg = 264, wall[0].half_width_deg = 36;

@@ -11,7 +11,6 @@ TEST(beams_change_sides)
                                 {.az_rad = 0.5f, .el_rad = 0.1f, .range_m = 4.0f},
                                 {.az_rad = -0.25f}};
     struct ping ping = {.n_beams = 3, .beam = beam};
-
     mirror_ping(&ping);
     CHECK_NEAR(beam[0].az_rad, -0.5, 0, 0);
     CHECK(beam[1].az_rad == beam[0].az_rad); /* still echoes of one beam */
@@ -28,12 +27,11 @@ TEST(a_row_is_still_one_azimuth)
         uint32_t turn, ahead;
     } head[] = {{400, 200}, {6400, 3200}, {1200, 600}, {36000, 0}};
 
-    for (size_t i = 0; i < sizeof(head) / sizeof(head[0]); i++)
+    for (size_t i = 0; i < sizeof head / sizeof head[0]; i++)
         for (uint32_t units = 0; units < head[i].turn; units++) {
             const uint32_t clockwise = (units + head[i].turn - head[i].ahead) % head[i].turn;
             struct ping_beam beam = {.az_rad = (float)(clockwise * GEO_TURN / head[i].turn)};
             struct ping ping = {.n_beams = 1, .beam = &beam, .head_units = units, .head_turn = head[i].turn};
-
             mirror_ping(&ping);
             const uint32_t now = (ping.head_units + head[i].turn - head[i].ahead) % head[i].turn;
             CHECK(ping.head_units < head[i].turn);
@@ -44,7 +42,6 @@ TEST(a_row_is_still_one_azimuth)
 TEST(an_arc_stays_clockwise)
 {
     double from_rad = geo_rad(300), to_rad = geo_rad(20);
-
     mirror_arc(&from_rad, &to_rad); /* 60 degrees to port .. 20 to starboard: now 20 to port .. 60 to starboard */
     CHECK_NEAR(geo_deg(geo_wrap(from_rad)), 340, 1e-12, 0);
     CHECK_NEAR(geo_deg(geo_wrap(to_rad)), 60, 1e-12, 0);

@@ -15,7 +15,7 @@ static void hear(const char *body)
     unsigned sum = 0;
     for (const char *c = body; *c; c++)
         sum ^= (unsigned char)*c;
-    snprintf(line, sizeof(line), "$%s*%02X\r\n", body, sum);
+    snprintf(line, sizeof line, "$%s*%02X\r\n", body, sum);
     hear_bytes(line);
 }
 
@@ -48,7 +48,7 @@ TEST(offset_is_told_and_not_added)
                  {"SDDPT,7.25,-1.-1", "NMEA 0183 SDDPT"},
                  {"SDDPT,7.25", "NMEA 0183 SDDPT"},
                  {"SDDBT,23.8,f,7.25,M,3.9,F", "NMEA 0183 SDDBT"}};
-    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         open_sounder();
         hear(cases[i].body);
         CHECK_STR(rig_status().what, cases[i].what);
@@ -60,7 +60,7 @@ TEST(what_is_no_depth_takes_back_what_was_clear)
 {
     static const char *const bodies[] = {"SDDPT,,0.5",     "SDDPT,0.0,0.5",           "SDDPT,-1.0,0.5",
                                          "SDDBT,,f,,M,,F", "SDDBT,0.0,f,0.0,M,0.0,F", "SDDPT"};
-    for (size_t i = 0; i < sizeof(bodies) / sizeof(bodies[0]); i++) {
+    for (size_t i = 0; i < sizeof bodies / sizeof bodies[0]; i++) {
         open_sounder();
         hear(bodies[i]);
         CHECK_INT(rig.pings, 0);
@@ -79,7 +79,7 @@ TEST(what_is_broken_or_foreign_is_no_ping)
                  {"$SDDPT,7.2x,0*34\r\n", 0, 1},
                  {"$GPHDT,274.07,T*03\r\n", 0, 0},
                  {"$SDDPT,7.25,0.50,10", 0, 0}};
-    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         open_sounder();
         hear_bytes(cases[i].bytes);
         CHECK_INT(rig.pings + rig.unheard, 0);

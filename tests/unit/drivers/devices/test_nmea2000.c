@@ -43,7 +43,7 @@ TEST(what_is_no_depth)
         {"error", "20000040#11D502000006FF0A", 0, 0, 0, 0},
         {"CAN FD", "0DF50B23##111D502000006FF0A", 0, 0, 1, 0},
     };
-    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         CHECK(rig_open(&device_nmea2000, -1, -1));
         rig_hear(cases[i].frame);
         struct device_status s = rig_status();
@@ -64,7 +64,7 @@ TEST(offset_is_told_and_not_added)
                  {"0DF50B23#11D5020000FF7F0A", "NMEA 2000 address 35"},
                  {"0DF50B23#11D5020000FFFF0A", "NMEA 2000 address 35"},
                  {"0DF50B23#11D502000000000A", "NMEA 2000 address 35"}};
-    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         CHECK(rig_open(&device_nmea2000, -1, -1));
         rig_hear(cases[i].frame);
         CHECK_STR(rig_status().what, cases[i].what);
@@ -164,7 +164,7 @@ static unsigned hear_file(FILE *f)
 {
     char line[256];
     unsigned frames = 0;
-    while (fgets(line, sizeof(line), f)) {
+    while (fgets(line, sizeof line, f)) {
         struct candump_frame c = {0};
         unsigned id, n, b[8];
         bool good = candump_line(line, strcspn(line, "\r\n"), &c);
@@ -193,7 +193,7 @@ static unsigned hear_csv(FILE *f)
 {
     char line[1024];
     unsigned messages = 0;
-    while (fgets(line, sizeof(line), f)) {
+    while (fgets(line, sizeof line, f)) {
         unsigned prio, pgn, source, target, n, b[8];
         struct canfd_frame frame = {.len = 8};
         if (sscanf(line, "%*[^,],%u,%u,%u,%u,%u,%x,%x,%x,%x,%x,%x,%x,%x", &prio, &pgn, &source, &target, &n, b,
@@ -214,7 +214,7 @@ static void hear_recording(const char *name, bool csv, unsigned frames, unsigned
                            double hi)
 {
     char path[256];
-    snprintf(path, sizeof(path), DATA "%s", name);
+    snprintf(path, sizeof path, DATA "%s", name);
     FILE *f = fopen(path, "r");
     CHECK(f != NULL);
     if (!f)

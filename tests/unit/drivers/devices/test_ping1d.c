@@ -68,7 +68,7 @@ static void answer(const uint8_t *bytes, size_t n)
 static void answer_message(uint16_t id, const void *payload, size_t n)
 {
     uint8_t b[PING_FRAME_MAX];
-    answer(b, ping_frame_build(b, sizeof(b), id, 1, payload, n));
+    answer(b, ping_frame_build(b, sizeof b, id, 1, payload, n));
 }
 
 static void answer_reading(bool profile)
@@ -84,7 +84,7 @@ static void answer_reading(bool profile)
                                .gain = rig.gain,
                                .n_samples = profile ? PING1D_SAMPLES : 0,
                                .samples = samples};
-    size_t n = ping1d_encode_reading(b, sizeof(b), 1, &r);
+    size_t n = ping1d_encode_reading(b, sizeof b, 1, &r);
     if (rig.lose > 0) {
         rig.lose--;
         return;
@@ -113,11 +113,11 @@ static void on_request(uint16_t id)
     if ((id == PING_DEVICE_INFORMATION && rig.refuses_4) || (id == PING1D_FIRMWARE_VERSION && rig.refuses_1200))
         refuse(rig.refused_as ? rig.refused_as : id, "bad request");
     else if (id == PING_DEVICE_INFORMATION)
-        answer_message(id, info, sizeof(info));
+        answer_message(id, info, sizeof info);
     else if (id == PING1D_FIRMWARE_VERSION && !rig.deaf_to_1200)
-        answer_message(id, firmware, sizeof(firmware));
+        answer_message(id, firmware, sizeof firmware);
     else if (id == PING1D_SPEED_OF_SOUND)
-        answer_message(id, speed, sizeof(speed));
+        answer_message(id, speed, sizeof speed);
     else if (id == PING1D_DISTANCE && !rig.no_distances)
         answer_reading(false);
     else if (id == PING1D_PROFILE && rig.refuses_profiles)
@@ -132,7 +132,7 @@ static void on_set(uint16_t id, uint32_t value, uint32_t second)
     put_u16(payload, id);
     memcpy(payload + 2, "won't do\x01", 9);
     if (rig.nack_all || (id == PING1D_CONTINUOUS_START && rig.refuses_stream)) {
-        answer_message(PING_NACK, payload, sizeof(payload));
+        answer_message(PING_NACK, payload, sizeof payload);
         return;
     }
     if (id == PING1D_SET_SPEED_OF_SOUND && !rig.deaf_to_speed)
@@ -183,7 +183,7 @@ static struct ping *begin_ping(void *ctx)
 {
     (void)ctx;
     rig.buffer = (struct ping){
-        .beam = &rig.beam, .max_beams = 1, .samples = rig.samples, .max_samples = sizeof(rig.samples)};
+        .beam = &rig.beam, .max_beams = 1, .samples = rig.samples, .max_samples = sizeof rig.samples};
     return &rig.buffer;
 }
 
@@ -201,7 +201,7 @@ static void take_note(void *ctx, enum device_note level, const char *fmt, ...)
     va_list args;
     (void)ctx;
     va_start(args, fmt);
-    if (used < sizeof(rig.notes) - 200) {
+    if (used < sizeof rig.notes - 200) {
         vsnprintf(rig.notes + used, 200, fmt, args);
         strcat(rig.notes, "\n");
     }
@@ -319,27 +319,27 @@ TEST(worked_frames_are_written)
     static const uint8_t start[] = {0x42, 0x52, 0x02, 0x00, 0x78, 0x05, 0x00, 0x00, 0x14, 0x05, 0x2C, 0x01};
     static const uint8_t stop[] = {0x42, 0x52, 0x02, 0x00, 0x79, 0x05, 0x00, 0x00, 0x14, 0x05, 0x2D, 0x01};
     uint8_t b[PING_FRAME_MAX];
-    CHECK_INT(ping1d_encode_set(b, sizeof(b), PING1D_SET_RANGE, 500, 10000), sizeof(range));
-    CHECK(memcmp(b, range, sizeof(range)) == 0);
-    CHECK_INT(ping1d_encode_set(b, sizeof(b), PING1D_CONTINUOUS_START, PING1D_PROFILE, 0), sizeof(start));
-    CHECK(memcmp(b, start, sizeof(start)) == 0);
-    CHECK_INT(ping1d_encode_set(b, sizeof(b), PING1D_CONTINUOUS_STOP, PING1D_PROFILE, 0), sizeof(stop));
-    CHECK(memcmp(b, stop, sizeof(stop)) == 0);
-    CHECK_INT(ping1d_encode_set(b, sizeof(b), PING1D_SET_GAIN, 3, 0), PING_OVERHEAD + 1);
+    CHECK_INT(ping1d_encode_set(b, sizeof b, PING1D_SET_RANGE, 500, 10000), sizeof range);
+    CHECK(memcmp(b, range, sizeof range) == 0);
+    CHECK_INT(ping1d_encode_set(b, sizeof b, PING1D_CONTINUOUS_START, PING1D_PROFILE, 0), sizeof start);
+    CHECK(memcmp(b, start, sizeof start) == 0);
+    CHECK_INT(ping1d_encode_set(b, sizeof b, PING1D_CONTINUOUS_STOP, PING1D_PROFILE, 0), sizeof stop);
+    CHECK(memcmp(b, stop, sizeof stop) == 0);
+    CHECK_INT(ping1d_encode_set(b, sizeof b, PING1D_SET_GAIN, 3, 0), PING_OVERHEAD + 1);
     CHECK_INT(ping1d_encode_set(b, 5, PING1D_SET_GAIN, 3, 0), 0);
 
     const struct ping1d_reading r = {7250, 95, false, 100, 4711, 500, 10000, 3, 8, worked_profile + 34};
-    CHECK_INT(ping1d_encode_reading(b, sizeof(b), 1, &r), sizeof(worked_profile));
-    CHECK(memcmp(b, worked_profile, sizeof(worked_profile)) == 0);
+    CHECK_INT(ping1d_encode_reading(b, sizeof b, 1, &r), sizeof worked_profile);
+    CHECK(memcmp(b, worked_profile, sizeof worked_profile) == 0);
     const struct ping1d_reading simple = {.distance_mm = 7250, .confidence_percent = 95, .simple = true};
-    CHECK_INT(ping1d_encode_reading(b, sizeof(b), 1, &simple), sizeof(worked_simple));
-    CHECK(memcmp(b, worked_simple, sizeof(worked_simple)) == 0);
+    CHECK_INT(ping1d_encode_reading(b, sizeof b, 1, &simple), sizeof worked_simple);
+    CHECK(memcmp(b, worked_simple, sizeof worked_simple) == 0);
 }
 
 TEST(worked_profile_is_read)
 {
     const struct device_conf conf = usual_conf();
-    hear(&conf, worked_profile, sizeof(worked_profile));
+    hear(&conf, worked_profile, sizeof worked_profile);
     CHECK_INT(rig.pings, 1);
     CHECK_INT(rig.last.kind, PING_CHOICE);
     CHECK_INT(rig.last.law, AMPLITUDE_LINEAR);
@@ -363,7 +363,7 @@ TEST(worked_profile_is_read)
 TEST(worked_simple_distance_is_read)
 {
     const struct device_conf conf = usual_conf();
-    hear(&conf, worked_simple, sizeof(worked_simple));
+    hear(&conf, worked_simple, sizeof worked_simple);
     CHECK_INT(rig.pings, 1);
     CHECK_INT(rig.last.kind, PING_RANGES);
     CHECK_INT(ping_bytes(&rig.last), 0);
@@ -385,7 +385,7 @@ TEST(a_profile_is_what_the_choice_is_judged_by)
     static uint8_t samples[PING1D_SAMPLES_MAX];
     const struct device_conf conf = usual_conf();
 
-    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         uint8_t b[PING_FRAME_MAX];
         for (unsigned k = 0; k < row[i].n; k++)
             samples[k] = (uint8_t)(k + i);
@@ -399,7 +399,7 @@ TEST(a_profile_is_what_the_choice_is_judged_by)
                                                .gain = 700,
                                                .n_samples = row[i].n,
                                                .samples = samples};
-        hear(&conf, b, ping1d_encode_reading(b, sizeof(b), 1, &reading));
+        hear(&conf, b, ping1d_encode_reading(b, sizeof b, 1, &reading));
         CHECK_INT(rig.pings, 1);
         CHECK_INT(rig.last.kind, PING_CHOICE);
         CHECK_INT(rig.last.n_bins, row[i].n);
@@ -420,11 +420,10 @@ TEST(distances_are_left_out_while_profiles_come)
         .distance_mm = 9000, .confidence_percent = 100, .ping_number = 4712, .start_mm = 500, .length_mm = 10000};
     const struct device_conf conf = usual_conf();
     uint8_t b[PING_FRAME_MAX];
-
     for (int k = 0; k < 2; k++) {
         const struct ping1d_reading *alone = k ? &simple : &whole;
-        hear(&conf, worked_profile, sizeof(worked_profile));
-        const size_t n = ping1d_encode_reading(b, sizeof(b), 1, alone);
+        hear(&conf, worked_profile, sizeof worked_profile);
+        const size_t n = ping1d_encode_reading(b, sizeof b, 1, alone);
         rig.now_ns += 4 * SEC;
         device_ping1d.feed(rig.state, b, n, rig.now_ns, &rig.io);
         CHECK_INT(rig.pings, 1);
@@ -445,17 +444,17 @@ TEST(water_nearer_than_the_scan_is_not_heard)
     const struct device_conf conf = usual_conf();
     uint8_t b[64];
 
-    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         const struct ping1d_reading whole = {.distance_mm = 7250,
                                              .confidence_percent = 95,
                                              .ping_number = 1,
                                              .start_mm = row[i].start_mm,
                                              .length_mm = row[i].length_mm};
-        size_t n = ping1d_encode_reading(b, sizeof(b), 1, &whole);
+        size_t n = ping1d_encode_reading(b, sizeof b, 1, &whole);
         hear(&conf, b, n);
         CHECK_NEAR(rig.last.r0_m, row[i].from_m, 1e-6, 0);
         CHECK_NEAR(rig.last.r0_m + rig.last.dr_m, row[i].to_m, 1e-6, 0);
-        n = ping1d_encode_reading(b, sizeof(b), 1, &simple);
+        n = ping1d_encode_reading(b, sizeof b, 1, &simple);
         device_ping1d.feed(rig.state, b, n, rig.now_ns, &rig.io);
         CHECK_INT(rig.pings, 2);
         CHECK_NEAR(rig.last.r0_m, row[i].from_m, 1e-6, 0);
@@ -487,14 +486,14 @@ TEST(frames_that_are_too_short_or_senseless)
         {"no identity", PING_DEVICE_INFORMATION, 4, 0, 0},
         {"firmware cut", PING1D_FIRMWARE_VERSION, 5, 0, 0},
     };
-    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         uint8_t payload[40] = {0}, b[64];
         const struct device_conf conf = usual_conf();
         put_u32(payload, 7250);
         put_u32(payload + 12, 500);
         put_u32(payload + 16, 10000);
         put_u32(payload + row[i].at, row[i].value);
-        hear(&conf, b, ping_frame_build(b, sizeof(b), row[i].id, 1, payload, row[i].n));
+        hear(&conf, b, ping_frame_build(b, sizeof b, row[i].id, 1, payload, row[i].n));
         if (rig.pings != 0 || status().bad_frame != 1 || status().frames != 1) {
             printf("%s\n", row[i].name);
             CHECK(false);
@@ -504,9 +503,9 @@ TEST(frames_that_are_too_short_or_senseless)
 
 TEST(a_profile_has_the_samples_that_it_says)
 {
-    uint8_t b[sizeof(worked_profile)];
+    uint8_t b[sizeof worked_profile];
     struct ping1d_reading r;
-    memcpy(b, worked_profile, sizeof(b));
+    memcpy(b, worked_profile, sizeof b);
     const struct ping_frame f = {.id = PING1D_PROFILE, .length = 26 + 8, .payload = b + 8};
     CHECK(ping1d_decode(&f, &r));
     CHECK_INT(r.n_samples, 8);
@@ -533,7 +532,7 @@ TEST(configuration_faults_name_the_key)
                {"min_confidence", 10, 1500, NAN, -1}};
     void *state = calloc(1, device_ping1d.state_size);
     struct fault fault;
-    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         const struct device_conf conf = {.range_m = row[i].range_m,
                                          .sound_speed_mps = row[i].sound_speed_mps,
                                          .gain = row[i].gain,
@@ -555,7 +554,7 @@ TEST(unsure_readings_are_nothing_heard)
         bool heard;
     } row[] = {{0.5, 50, 7250, true},  {0.5, 49, 7250, false}, {0.01, 0, 7250, false}, {0.01, 1, 7250, true},
                {1.0, 99, 7250, false}, {1.0, 100, 7250, true}, {0.5, 100, 0, false}};
-    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         uint8_t b[PING_FRAME_MAX];
         struct device_conf conf = usual_conf();
         conf.min_confidence = row[i].least;
@@ -563,7 +562,7 @@ TEST(unsure_readings_are_nothing_heard)
                                          .confidence_percent = row[i].confidence,
                                          .start_mm = 500,
                                          .length_mm = 10000};
-        hear(&conf, b, ping1d_encode_reading(b, sizeof(b), 1, &r));
+        hear(&conf, b, ping1d_encode_reading(b, sizeof b, 1, &r));
         CHECK_INT(rig.pings, 1);
         CHECK_INT(rig.last_beam.range_m > 0.0f, row[i].heard);
         const bool unsure = !row[i].heard && row[i].confidence > 0 && row[i].distance_mm > 0;
@@ -617,8 +616,8 @@ TEST(it_is_set_up_and_streams)
     static const uint16_t order[] = {PING_DEVICE_INFORMATION, PING1D_CONTINUOUS_STOP, PING1D_SET_SPEED_OF_SOUND,
                                      PING1D_SPEED_OF_SOUND,   PING1D_SET_MODE_AUTO,   PING1D_SET_PING_INTERVAL,
                                      PING1D_SET_PING_ENABLE,  PING1D_CONTINUOUS_START};
-    CHECK_INT(rig.n_sent, sizeof(order) / sizeof(order[0]));
-    CHECK(memcmp(rig.sent, order, sizeof(order)) == 0);
+    CHECK_INT(rig.n_sent, sizeof order / sizeof order[0]);
+    CHECK(memcmp(rig.sent, order, sizeof order) == 0);
     CHECK_INT(value_sent(PING1D_SET_MODE_AUTO), 1);
     CHECK_INT(value_sent(PING1D_SET_PING_INTERVAL), 50);
     CHECK_INT(value_sent(PING1D_CONTINUOUS_START), PING1D_PROFILE);
@@ -682,7 +681,7 @@ TEST(old_firmware_that_refuses_its_name_is_set_up_all_the_same)
         {"it refuses any request", true, false, PING_GENERAL_REQUEST, "Ping1D of old firmware"},
         {"it says nothing to it", false, true, 0, "Ping1D of old firmware"},
     };
-    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         const struct device_conf conf = usual_conf();
         rig_new(&conf);
         rig.refuses_4 = true;
@@ -710,7 +709,7 @@ TEST(a_name_that_comes_late_is_taken)
     rig.refuses_4 = rig.deaf_to_1200 = true; /* the refusal was of something else */
     device_ping1d.opened(rig.state, rig.now_ns, &rig.io);
     run_for(100 * MS);
-    answer_message(PING_DEVICE_INFORMATION, info, sizeof(info));
+    answer_message(PING_DEVICE_INFORMATION, info, sizeof info);
     run_for(SEC);
     CHECK_STR(status().what, "Ping2 fw 3.29.1 id 1");
     CHECK_INT(status().state, DEVICE_RUNNING);
@@ -719,7 +718,7 @@ TEST(a_name_that_comes_late_is_taken)
     rig.refuses_4 = rig.deaf_to_1200 = true;
     device_ping1d.opened(rig.state, rig.now_ns, &rig.io);
     run_for(100 * MS);
-    answer_message(PING_DEVICE_INFORMATION, other, sizeof(other));
+    answer_message(PING_DEVICE_INFORMATION, other, sizeof other);
     run_for(100 * MS);
     CHECK(strstr(rig.notes, "is a Ping360") != NULL);
 }
@@ -855,7 +854,7 @@ TEST(an_echosounder_that_started_anew_is_set_up_anew)
         bool request;
         uint64_t dark_ns;
     } row[] = {{false, 0}, {false, 300 * MS}, {false, 20 * SEC}, {true, 0}, {true, 300 * MS}, {true, 20 * SEC}};
-    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         struct device_conf conf = usual_conf();
         conf.request_response = row[i].request;
         conf.sound_speed_mps = 1450;
@@ -939,12 +938,11 @@ TEST(a_simple_distance_is_of_the_scan_that_was_told_last)
     const struct ping1d_reading nothing = {.simple = true};
     const struct device_conf conf = usual_conf();
     uint8_t b[PING_FRAME_MAX];
-
-    hear(&conf, b, ping1d_encode_reading(b, sizeof(b), 1, &nothing));
+    hear(&conf, b, ping1d_encode_reading(b, sizeof b, 1, &nothing));
     CHECK_NEAR(rig.last.r0_m, 0.5, 1e-6, 0);
     CHECK_NEAR(rig.last.r0_m + rig.last.dr_m, 10.5, 1e-6, 0);
-    hear(&conf, b, ping1d_encode_reading(b, sizeof(b), 1, &whole));
-    device_ping1d.feed(rig.state, b, ping1d_encode_reading(b, sizeof(b), 1, &nothing), rig.now_ns, &rig.io);
+    hear(&conf, b, ping1d_encode_reading(b, sizeof b, 1, &whole));
+    device_ping1d.feed(rig.state, b, ping1d_encode_reading(b, sizeof b, 1, &nothing), rig.now_ns, &rig.io);
     CHECK_INT(rig.pings, 2);
     CHECK_NEAR(rig.last.r0_m, 0.7, 1e-6, 0);
     CHECK_NEAR(rig.last.r0_m + rig.last.dr_m, 2.2, 1e-6, 0);
@@ -993,7 +991,7 @@ TEST(it_is_stopped)
 TEST(a_listener_says_nothing)
 {
     const struct device_conf conf = usual_conf();
-    hear(&conf, worked_profile, sizeof(worked_profile));
+    hear(&conf, worked_profile, sizeof worked_profile);
     device_ping1d.stop(rig.state, rig.now_ns, &rig.io);
     run_for(10 * SEC);
     CHECK_INT(rig.n_sent, 0);

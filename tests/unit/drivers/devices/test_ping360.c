@@ -97,7 +97,7 @@ static void answer(uint64_t t_ns, const uint8_t *bytes, size_t n)
 static void answer_message(uint16_t id, const void *payload, size_t n)
 {
     uint8_t b[64];
-    answer(rig.now_ns + 2 * MS + line(10 + n), b, ping_frame_build(b, sizeof(b), id, 2, payload, n));
+    answer(rig.now_ns + 2 * MS + line(10 + n), b, ping_frame_build(b, sizeof b, id, 2, payload, n));
 }
 
 /* Data of the angle the head stands at, on the line after `wait`. */
@@ -106,7 +106,6 @@ static void answer_data(bool automatic, uint64_t wait_ns)
     static uint8_t samples[PING360_SAMPLES_MAX];
     uint8_t b[PING_FRAME_MAX];
     struct ping360_data d = {.set = rig.set, .automatic = automatic, .data = samples};
-
     if (rig.n_samples)
         d.set.n_samples = (uint16_t)rig.n_samples;
     if (rig.period)
@@ -114,8 +113,8 @@ static void answer_data(bool automatic, uint64_t wait_ns)
     d.set.angle = (uint16_t)rig.angle;
     d.sweep = (struct ping360_sweep){(uint16_t)rig.start, (uint16_t)rig.stop, (uint8_t)rig.step, 0};
     d.data_length = d.n_data = rig.empty ? 0 : d.set.n_samples;
-    memset(samples, (int)(rig.angle & 0xff), sizeof(samples));
-    size_t n = ping360_encode_data(b, sizeof(b), 2, &d);
+    memset(samples, (int)(rig.angle & 0xff), sizeof samples);
+    size_t n = ping360_encode_data(b, sizeof b, 2, &d);
     if (rig.lose_replies) {
         rig.lose_replies--;
         return;
@@ -178,7 +177,7 @@ static void on_request(const uint8_t *p)
         if (rig.nack_4)
             answer_message(PING_NACK, "\4\0unknown message", 17);
         else
-            answer_message(PING_DEVICE_INFORMATION, info, sizeof(info));
+            answer_message(PING_DEVICE_INFORMATION, info, sizeof info);
     } else if (u16(p) == PING_PROTOCOL_VERSION) {
         rig.ask_version++;
         if (rig.knows_version)
@@ -259,7 +258,7 @@ static void take_note(void *ctx, enum device_note level, const char *fmt, ...)
     size_t used = strlen(rig.notes);
     va_list args;
     va_start(args, fmt);
-    if (used < sizeof(rig.notes) - 200) {
+    if (used < sizeof rig.notes - 200) {
         vsnprintf(rig.notes + used, 200, fmt, args);
         strcat(rig.notes, "\n");
     }
@@ -278,7 +277,7 @@ static void rig_new(const struct device_conf *conf)
 {
     struct fault fault = {""};
     free(rig.state);
-    memset(&rig, 0, sizeof(rig));
+    memset(&rig, 0, sizeof rig);
     rig.state = calloc(1, device_ping360.state_size);
     rig.io = (struct device_io){.send = head_send,
                                 .hold_break = head_break,
@@ -390,7 +389,7 @@ TEST(settings_for_a_range)
         {1, FEW, 640, 84, 6, 1.008},          {10, FEW, 640, 834, 53, 10.008},
         {50, FEW, 640, 4167, 267, 50.004},    {6, FEW, 640, 500, 32, 6},
     };
-    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         struct ping360_settings set = {0};
         ping360_set_range(&set, row[i].range_m, 1500.0, row[i].n_most);
         CHECK_INT(set.n_samples, row[i].n);
@@ -441,7 +440,7 @@ TEST(configuration_faults_name_the_key)
     };
     void *state = calloc(1, device_ping360.state_size);
     struct fault fault;
-    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         struct device_conf conf = usual_conf();
         memcpy((char *)&conf + row[i].offset, &row[i].value, sizeof(double));
         fault.text[0] = '\0';
@@ -473,7 +472,7 @@ TEST(sector_goes_back_and_forth)
         {"step below a gradian", 0, 1.8, 0.1, {200, 201, 202, 201, -1}},
         {"step of 18 deg", 0, 36, 18, {200, 220, 240, 220, 200, -1}},
     };
-    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         struct ping360_scan scan;
         ping360_scan_init(&scan, geo_rad(row[i].start_deg), geo_rad(row[i].end_deg), geo_rad(row[i].step_deg));
         for (int k = 0; row[i].want[k] >= 0; k++) {
@@ -489,7 +488,7 @@ TEST(sector_goes_back_and_forth)
 TEST(full_circle_has_every_angle)
 {
     static const double ends_deg[][2] = {{0, 0}, {0, 360}, {-180, 180}, {10, 370}, {0, 359.9}};
-    for (size_t i = 0; i < sizeof(ends_deg) / sizeof(ends_deg[0]); i++) {
+    for (size_t i = 0; i < sizeof ends_deg / sizeof ends_deg[0]; i++) {
         struct ping360_scan scan;
         bool seen[400] = {false};
         ping360_scan_init(&scan, geo_rad(ends_deg[i][0]), geo_rad(ends_deg[i][1]), geo_rad(0.9));
@@ -534,7 +533,7 @@ TEST(new_sweeps_from_the_angles_seen)
         {"with holes", {0, 10, 90, 120, 260, 390, 10, -1}, "......N"},
         {"one direction", {7, 7, 7, 7, -1}, "...."},
     };
-    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         struct ping360_track track;
         char got[17] = "";
         ping360_track_reset(&track);
@@ -569,7 +568,7 @@ TEST(missing_angles_of_the_heads_own_scan)
         {"end repeated", {10, 14, 1, 0}, {12, 13, 14, 14, 13, -1}, 0},
         {"step does not divide", {10, 15, 2, 0}, {10, 12, 14, 12, 10, 12, -1}, 0},
     };
-    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         struct ping360_track track;
         unsigned sum = 0, missing;
         ping360_track_reset(&track);
@@ -766,7 +765,7 @@ static void feed_data(unsigned angle, unsigned n_samples, unsigned period, uint6
                              .data_length = (uint16_t)n_samples,
                              .n_data = (uint16_t)n_samples,
                              .data = samples};
-    size_t n = ping360_encode_data(b, sizeof(b), 2, &d);
+    size_t n = ping360_encode_data(b, sizeof b, 2, &d);
     device_ping360.feed(rig.state, b, 5, first_ns, &rig.io);
     device_ping360.feed(rig.state, b + 5, n - 5, last_ns, &rig.io);
 }
@@ -954,7 +953,7 @@ TEST(senseless_data_is_counted)
     feed_data(1, 3, 0, SEC, SEC);
     feed_data(1, 3, 40001, SEC, SEC);
     uint8_t b[64];
-    size_t n = ping_frame_build(b, sizeof(b), 2300, 2, "\1\1\1\0\1\0\1\1\1\1\1\0\1", 13);
+    size_t n = ping_frame_build(b, sizeof b, 2300, 2, "\1\1\1\0\1\0\1\1\1\1\1\0\1", 13);
     device_ping360.feed(rig.state, b, n, SEC, &rig.io);
     CHECK_INT(rig.pings, 0);
     CHECK_INT(status().bad_frame, 5);
@@ -1061,14 +1060,13 @@ TEST(text_from_the_line_is_escaped)
     rig_new(&conf);
     rig_open();
     uint8_t payload[300], b[320];
-    memset(payload, '%', sizeof(payload));
+    memset(payload, '%', sizeof payload);
     memcpy(payload, "\x2a\x0a%n%s\x1b[2J\n\\", 12);
-    device_ping360.feed(rig.state, b, ping_frame_build(b, sizeof(b), PING_NACK, 2, payload, sizeof(payload)), SEC,
+    device_ping360.feed(rig.state, b, ping_frame_build(b, sizeof b, PING_NACK, 2, payload, sizeof payload), SEC,
                         &rig.io);
     CHECK(strstr(rig.notes, "refused message 2602: %n%s\\x1b[2J\\x0a\\x5c%%") != NULL);
     CHECK(strlen(rig.notes) < 120);
-    device_ping360.feed(rig.state, b, ping_frame_build(b, sizeof(b), PING_ASCII_TEXT, 2, "hello", 5), SEC,
-                        &rig.io);
+    device_ping360.feed(rig.state, b, ping_frame_build(b, sizeof b, PING_ASCII_TEXT, 2, "hello", 5), SEC, &rig.io);
     CHECK(strstr(rig.notes, "says: hello\n") != NULL);
 }
 
@@ -1108,7 +1106,7 @@ TEST(a_lost_frame_costs_at_most_200_ms)
         {"network, 20 m", 0, 20, 9, 6 * MS},
         {"network, 50 m", 0, 50, 0.9, 6 * MS},
     };
-    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         struct device_conf conf = usual_conf();
         conf.request_response = true;
         conf.baud = row[i].baud;
@@ -1185,7 +1183,7 @@ TEST(answer_behind_a_false_start_is_found)
     rig_open();
     run_to_ping(10, 60 * SEC);
     const uint8_t noise[] = {'B', 'R', 0x00, 0x05};
-    device_ping360.feed(rig.state, noise, sizeof(noise), rig.now_ns, &rig.io);
+    device_ping360.feed(rig.state, noise, sizeof noise, rig.now_ns, &rig.io);
     uint64_t t_ns = rig.now_ns;
     run_to_ping(11, 60 * SEC);
     CHECK(rig.now_ns - t_ns < 300 * MS);

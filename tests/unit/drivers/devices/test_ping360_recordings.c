@@ -59,8 +59,8 @@ static size_t unwrap(uint8_t *b, size_t n)
 static bool next_row(FILE *csv, unsigned v[9])
 {
     char row[256];
-    while (fgets(row, sizeof(row), csv)) {
-        memset(v, 0, 9 * sizeof(v[0]));
+    while (fgets(row, sizeof row, csv)) {
+        memset(v, 0, 9 * sizeof v[0]);
         if (sscanf(row, "%*[0-9.],%u,%u,%u,%u,%u,%u,%u,%u,%u", v, v + 1, v + 2, v + 3, v + 4, v + 5, v + 6, v + 7,
                    v + 8) >= 1)
             return true;
@@ -88,10 +88,10 @@ static void check_log(const char *name, size_t split, unsigned data_frames, unsi
 {
     char path[128];
     size_t n;
-    snprintf(path, sizeof(path), FOLDER "%s.bin", name);
+    snprintf(path, sizeof path, FOLDER "%s.bin", name);
     uint8_t *bytes = load(path, &n);
     n = unwrap(bytes, n);
-    snprintf(path, sizeof(path), FOLDER "%s.frames.csv", name);
+    snprintf(path, sizeof path, FOLDER "%s.frames.csv", name);
     FILE *csv = fopen(path, "r");
     if (!csv)
         abort();
@@ -134,7 +134,7 @@ static struct ping *begin_ping(void *ctx)
     static uint8_t samples[1300];
     static struct ping_beam beam;
     struct ping *p = ctx;
-    *p = (struct ping){.beam = &beam, .samples = samples, .max_beams = 1, .max_samples = sizeof(samples)};
+    *p = (struct ping){.beam = &beam, .samples = samples, .max_beams = 1, .max_samples = sizeof samples};
     return p;
 }
 
@@ -175,7 +175,6 @@ TEST(link_bytes_through_the_device)
     size_t n;
     uint8_t *bytes = load(FOLDER "20240814-094253162.stream", &n);
     void *state = calloc(1, device_ping360.state_size);
-
     CHECK(device_ping360.init(state, &conf, &fault));
     device_ping360.opened(state, 0, &io);
     for (size_t at = 0; at < n; at += 997)

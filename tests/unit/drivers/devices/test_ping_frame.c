@@ -54,7 +54,7 @@ static const struct worked {
      2301, 2},
     {"motor off", "42520000570B0000F600", 2903, 0},
 };
-#define N_WORKED (sizeof(worked) / sizeof(worked[0]))
+#define N_WORKED (sizeof worked / sizeof worked[0])
 
 static size_t unhex(const char *hex, uint8_t *out)
 {
@@ -168,7 +168,7 @@ TEST(garbage_is_skipped_and_counted)
         {"zeros", {0, 0, 0}, 3, 0},
         {"B X and a length", {'B', 'X', 4, 0}, 4, 0},
     };
-    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         for (size_t split = 1; split < 64; split++) {
             uint8_t b[128];
             memcpy(b, row[i].before, row[i].n);
@@ -189,10 +189,10 @@ TEST(garbage_is_skipped_and_counted)
 TEST(longest_payload_passes_one_more_does_not)
 {
     static uint8_t payload[PING_PAYLOAD_MAX + 1], out[PING_FRAME_MAX + 1];
-    size_t n = ping_frame_build(out, sizeof(out), 2300, 2, payload, PING_PAYLOAD_MAX);
+    size_t n = ping_frame_build(out, sizeof out, 2300, 2, payload, PING_PAYLOAD_MAX);
     CHECK_INT(n, PING_FRAME_MAX);
     CHECK_INT(hear(out, n, 7)->n, 1);
-    n = ping_frame_build(out, sizeof(out), 2300, 2, payload, PING_PAYLOAD_MAX + 1);
+    n = ping_frame_build(out, sizeof out, 2300, 2, payload, PING_PAYLOAD_MAX + 1);
     CHECK_INT(n, PING_FRAME_MAX + 1);
     struct heard *h = hear(out, n, 7);
     CHECK_INT(h->n, 0);
@@ -203,7 +203,7 @@ TEST(payload_may_contain_a_frame)
 {
     uint8_t inner[64], out[128];
     size_t n = bytes_of("device data", inner);
-    n = ping_frame_build(out, sizeof(out), 3, 2, inner, n);
+    n = ping_frame_build(out, sizeof out, 3, 2, inner, n);
     CHECK_INT(hear(out, n, 1)->n, 1);
     CHECK_INT(hear(out, n, 1)->id[0], 3);
 }
@@ -220,7 +220,7 @@ TEST(a_damaged_byte_costs_one_frame)
             /* a longer length may swallow what follows; then nothing must be lost once enough bytes have come */
             uint8_t stream[256 + PING_FRAME_MAX] = {0};
             memcpy(stream, b, n);
-            struct heard *h = hear(stream, sizeof(stream), 11);
+            struct heard *h = hear(stream, sizeof stream, 11);
             CHECK_INT(h->n, 2);
             CHECK_INT(h->id[0], 2301);
             CHECK_INT(h->id[1], 2601);
@@ -249,11 +249,11 @@ TEST(every_seventh_byte_lost_yields_nothing_wrong)
 {
     uint8_t data[1200], frame[PING_FRAME_MAX], stream[8 * PING_FRAME_MAX];
     size_t n = 0, seen = 0;
-    for (size_t i = 0; i < sizeof(data); i++)
+    for (size_t i = 0; i < sizeof data; i++)
         data[i] = (uint8_t)(i * 7);
     struct ping360_data d = {
         .set = {1, 1, 200, 107, 888, 750, 1200}, .data_length = 1200, .n_data = 1200, .data = data};
-    size_t frame_n = ping360_encode_data(frame, sizeof(frame), 2, &d);
+    size_t frame_n = ping360_encode_data(frame, sizeof frame, 2, &d);
     CHECK_INT(frame_n, 1224);
     for (int k = 0; k < 6; k++)
         for (size_t i = 0; i < frame_n; i++)
@@ -305,7 +305,7 @@ TEST(noise_never_loses_a_byte_of_the_account)
     static uint8_t stream[20000];
     for (int round = 0; round < 40; round++) {
         size_t n = 0, good_bytes = 0;
-        while (n < sizeof(stream) - 2000) {
+        while (n < sizeof stream - 2000) {
             if (test_random(&rng) % 3 == 0) {
                 n += unhex(worked[test_random(&rng) % N_WORKED].hex, stream + n);
             } else {
@@ -364,19 +364,18 @@ TEST(encoders_give_the_worked_frames)
     struct ping360_settings set = {1, 1, 200, 107, 888, 750, 1200};
     struct ping360_sweep sweep = {0, 399, 1, 0};
     uint8_t b[64];
-
-    check_hex(b, ping_encode_request(b, sizeof(b), PING_PROTOCOL_VERSION), "ask protocol version");
-    check_hex(b, ping_encode_request(b, sizeof(b), PING_DEVICE_INFORMATION), "ask device information");
-    check_hex(b, ping360_encode_transducer(b, sizeof(b), &set, true), "transducer");
-    check_hex(b, ping360_encode_auto_transmit(b, sizeof(b), &set, &sweep), "auto transmit");
-    check_hex(b, ping360_encode_motor_off(b, sizeof(b)), "motor off");
+    check_hex(b, ping_encode_request(b, sizeof b, PING_PROTOCOL_VERSION), "ask protocol version");
+    check_hex(b, ping_encode_request(b, sizeof b, PING_DEVICE_INFORMATION), "ask device information");
+    check_hex(b, ping360_encode_transducer(b, sizeof b, &set, true), "transducer");
+    check_hex(b, ping360_encode_auto_transmit(b, sizeof b, &set, &sweep), "auto transmit");
+    check_hex(b, ping360_encode_motor_off(b, sizeof b), "motor off");
     /* 4 samples are sent, 1200 announced */
     struct ping360_data d = {.set = set, .data_length = 4, .n_data = 4, .data = samples};
-    check_hex(b, ping360_encode_data(b, sizeof(b), 2, &d), "device data");
+    check_hex(b, ping360_encode_data(b, sizeof b, 2, &d), "device data");
     d.automatic = true;
     d.set.angle = 0;
     d.sweep = sweep;
-    check_hex(b, ping360_encode_data(b, sizeof(b), 2, &d), "auto device data");
+    check_hex(b, ping360_encode_data(b, sizeof b, 2, &d), "auto device data");
 }
 
 TEST(encoders_refuse_a_short_buffer)
@@ -391,9 +390,9 @@ TEST(encoders_refuse_a_short_buffer)
     static const uint8_t samples[1300];
     static uint8_t big[2000];
     struct ping360_data d = {.set = set, .data_length = 1287, .n_data = 1287, .data = samples};
-    CHECK_INT(ping360_encode_data(big, sizeof(big), 2, &d), 0);
+    CHECK_INT(ping360_encode_data(big, sizeof big, 2, &d), 0);
     d.n_data = 1286;
-    CHECK_INT(ping360_encode_data(big, sizeof(big), 2, &d), 1310);
+    CHECK_INT(ping360_encode_data(big, sizeof big, 2, &d), 1310);
 }
 
 static struct ping_frame frame_of(const char *name)
@@ -417,8 +416,8 @@ TEST(texts_of_the_line_can_be_logged)
         {"", 0, ""},
     };
     char shown[64];
-    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++)
-        CHECK_STR(ping_text(shown, sizeof(shown), row[i].text, row[i].n), row[i].want);
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++)
+        CHECK_STR(ping_text(shown, sizeof shown, row[i].text, row[i].n), row[i].want);
     CHECK_STR(ping_text(shown, 9, "abcdefgh", 8), "abcde");
 }
 
@@ -483,7 +482,7 @@ TEST(lengths_that_disagree_trust_the_least)
         {"fewer samples", 1, 5, 5, 1},   {"no data", 1200, 0, 0, 0},  {"length claims more", 1200, 65535, 4, 4},
         {"appended bytes", 4, 4, 20, 4},
     };
-    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         uint8_t payload[64] = {1, 1, 200};
         payload[10] = (uint8_t)row[i].n_samples;
         payload[11] = (uint8_t)(row[i].n_samples >> 8);

@@ -35,7 +35,7 @@ static unsigned feed(const uint8_t *bytes, size_t n, size_t split, uint8_t *id)
 TEST(worked_frames)
 {
     const uint8_t *b = alive;
-    size_t n = sizeof(alive);
+    size_t n = sizeof alive;
     struct seanet_frame f;
     seanet_parser_init(&parser);
     CHECK(seanet_parser_next(&parser, &b, &n, 7, &f));
@@ -49,7 +49,7 @@ TEST(worked_frames)
     CHECK_INT(seanet_u32(f.payload + 1), 123456);
     CHECK_INT(f.t_first_ns, 7);
     b = data8;
-    n = sizeof(data8);
+    n = sizeof data8;
     CHECK(seanet_parser_next(&parser, &b, &n, 9, &f));
     CHECK_INT(f.id, SEANET_HEAD_DATA);
     CHECK_INT(f.length, 39);
@@ -62,14 +62,14 @@ TEST(built_as_written_by_hand)
 {
     uint8_t out[64];
     const uint8_t reboot[14] = {'@', '0', '0', '0', '8', 8, 0, 255, 2, 3, 16, 0x80, 2, 10};
-    CHECK_INT(seanet_build(out, sizeof(out), (struct seanet_head){2, 255, 4, SEANET_LAST_PACKET}, alive + 13, 8),
+    CHECK_INT(seanet_build(out, sizeof out, (struct seanet_head){2, 255, 4, SEANET_LAST_PACKET}, alive + 13, 8),
               22);
     CHECK(memcmp(out, alive, 22) == 0);
-    CHECK_INT(seanet_build(out, sizeof(out), (struct seanet_head){2, 255, 2, SEANET_LAST_PACKET}, data8 + 13, 39),
+    CHECK_INT(seanet_build(out, sizeof out, (struct seanet_head){2, 255, 2, SEANET_LAST_PACKET}, data8 + 13, 39),
               53);
     CHECK(memcmp(out, data8, 53) == 0);
     CHECK_INT(
-        seanet_build(out, sizeof(out), (struct seanet_head){255, 2, SEANET_REBOOT, SEANET_LAST_PACKET}, NULL, 0),
+        seanet_build(out, sizeof out, (struct seanet_head){255, 2, SEANET_REBOOT, SEANET_LAST_PACKET}, NULL, 0),
         14);
     CHECK(memcmp(out, reboot, 14) == 0);
     CHECK_INT(seanet_build(out, 52, (struct seanet_head){2, 255, 2, SEANET_LAST_PACKET}, data8 + 13, 39), 0);
@@ -83,9 +83,9 @@ TEST(any_cut)
     uint8_t both[75], id = 0;
     memcpy(both, data8, 53);
     memcpy(both + 53, alive, 22);
-    for (size_t split = 1; split <= sizeof(both); split++) {
+    for (size_t split = 1; split <= sizeof both; split++) {
         seanet_parser_init(&parser);
-        CHECK_INT(feed(both, sizeof(both), split, &id), 2);
+        CHECK_INT(feed(both, sizeof both, split, &id), 2);
         CHECK_INT(id, SEANET_ALIVE);
         CHECK_INT(parser.garbage_bytes, 0);
     }
@@ -111,7 +111,7 @@ TEST(refused_and_resynchronised)
         {"echo length, high", 43, 1},
         {"end", 52, 11},
     };
-    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         uint8_t bytes[75], id = 0;
         memcpy(bytes, data8, 53);
         memcpy(bytes + 53, alive, 22);
@@ -147,9 +147,9 @@ TEST(lengths_by_message)
         {99, 4082, 1},
     };
     static uint8_t out[SEANET_FRAME_MAX], zeros[SEANET_FRAME_MAX];
-    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         uint8_t id;
-        size_t n = seanet_build(out, sizeof(out), (struct seanet_head){2, 255, row[i].id, SEANET_LAST_PACKET},
+        size_t n = seanet_build(out, sizeof out, (struct seanet_head){2, 255, row[i].id, SEANET_LAST_PACKET},
                                 zeros, row[i].length);
         seanet_parser_init(&parser);
         CHECK_INT(feed(out, n, n, &id), row[i].good);
@@ -162,13 +162,13 @@ TEST(packets)
     uint8_t payload[60] = {0}, out[100], id;
     seanet_put_u16(payload + 29, 50);
     seanet_parser_init(&parser);
-    size_t n = seanet_build(out, sizeof(out), (struct seanet_head){2, 255, SEANET_HEAD_DATA, 0}, payload, 60);
+    size_t n = seanet_build(out, sizeof out, (struct seanet_head){2, 255, SEANET_HEAD_DATA, 0}, payload, 60);
     CHECK_INT(feed(out, n, n, &id), 1);
-    n = seanet_build(out, sizeof(out), (struct seanet_head){2, 255, SEANET_HEAD_DATA, 1 | SEANET_LAST_PACKET},
+    n = seanet_build(out, sizeof out, (struct seanet_head){2, 255, SEANET_HEAD_DATA, 1 | SEANET_LAST_PACKET},
                      payload, 21);
     CHECK_INT(feed(out, n, n, &id), 1);
     seanet_put_u16(payload + 29, 29);
-    n = seanet_build(out, sizeof(out), (struct seanet_head){2, 255, SEANET_HEAD_DATA, 0}, payload, 60);
+    n = seanet_build(out, sizeof out, (struct seanet_head){2, 255, SEANET_HEAD_DATA, 0}, payload, 60);
     CHECK_INT(feed(out, n, n, &id), 0);
 }
 
@@ -206,7 +206,7 @@ TEST(unfinished_frame_is_given_up)
     seanet_parser_init(&parser);
     memcpy(cut, data8, 18);
     memcpy(cut + 18, alive, 22);
-    CHECK_INT(feed(cut, sizeof(cut), sizeof(cut), &id), 0);
+    CHECK_INT(feed(cut, sizeof cut, sizeof cut, &id), 0);
     seanet_parser_give_up(&parser, 39);
     CHECK(!seanet_parser_next(&parser, &nothing, &none, 60, &f));
     seanet_parser_give_up(&parser, 40);
@@ -246,7 +246,7 @@ TEST(random_streams)
             for (size_t i = 0; i < 31 + bins; i++)
                 payload[i] = (uint8_t)test_random(&rng);
             seanet_put_u16(payload + 29, (unsigned)bins);
-            size_t length = seanet_build(stream + n, sizeof(stream) - n,
+            size_t length = seanet_build(stream + n, sizeof stream - n,
                                          (struct seanet_head){2, 255, SEANET_HEAD_DATA, SEANET_LAST_PACKET},
                                          payload, 31 + bins);
             unsigned fate = (unsigned)(test_random(&rng) % 4);

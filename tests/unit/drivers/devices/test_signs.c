@@ -32,7 +32,7 @@ static struct ping *begin_ping(void *ctx)
 {
     (void)ctx;
     rig.ping = (struct ping){
-        .beam = rig.beam, .max_beams = 16, .samples = rig.samples, .max_samples = sizeof(rig.samples)};
+        .beam = rig.beam, .max_beams = 16, .samples = rig.samples, .max_samples = sizeof rig.samples};
     return &rig.ping;
 }
 
@@ -101,7 +101,6 @@ static size_t from_hex(const struct row *row, uint8_t *out)
 {
     size_t n = 0;
     int high = -1;
-
     for (const char *p = row->bytes; *p; p++) {
         if (digit(*p) < 0)
             continue;
@@ -121,10 +120,9 @@ static void feed_frames(const struct row *row)
 {
     char frame[64], line[96];
     int used;
-
     for (const char *p = row->bytes; sscanf(p, "%63s%n", frame, &used) == 1; p += used) {
         struct candump_frame f;
-        int n = snprintf(line, sizeof(line), "(1.000000) can0 %s", frame);
+        int n = snprintf(line, sizeof line, "(1.000000) can0 %s", frame);
         CHECK(candump_line(line, (size_t)n, &f));
         row->ops->feed(rig.state, (const uint8_t *)&f.frame, f.n, 100000000000, &io);
     }
@@ -133,7 +131,6 @@ static void feed_frames(const struct row *row)
 static void feed(const struct row *row)
 {
     uint8_t bytes[1024];
-
     if (row->form == CAN)
         feed_frames(row);
     else if (row->form == TEXT)
@@ -144,7 +141,7 @@ static void feed(const struct row *row)
 
 TEST(every_beam_points_where_its_definition_says)
 {
-    for (size_t i = 0; i < sizeof(rows) / sizeof(rows[0]); i++) {
+    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
         const struct row *row = &rows[i];
         const struct device_conf conf = {.range_m = 20,
                                          .sound_speed_mps = 1500,
@@ -184,7 +181,7 @@ TEST(every_device_has_its_row)
 {
     for (const struct device_ops *const *ops = device_table; *ops; ops++) {
         bool there = *ops == &device_surveyor;
-        for (size_t i = 0; i < sizeof(rows) / sizeof(rows[0]); i++)
+        for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++)
             there |= rows[i].ops == *ops;
         if (!there) {
             printf("%s\n", (*ops)->name);

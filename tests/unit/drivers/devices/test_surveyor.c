@@ -79,7 +79,7 @@ static void feed(const uint8_t *b, size_t n)
 static void say(uint16_t id, const void *payload, size_t n)
 {
     uint8_t b[PING_FRAME_MAX];
-    feed(b, ping_frame_build(b, sizeof(b), id, 1, payload, n));
+    feed(b, ping_frame_build(b, sizeof b, id, 1, payload, n));
 }
 
 static void take_sent(void *ctx, const uint8_t *b, size_t n)
@@ -126,7 +126,7 @@ static void take_note(void *ctx, enum device_note level, const char *fmt, ...)
     va_list args;
     (void)ctx;
     va_start(args, fmt);
-    if (used < sizeof(rig.notes) - 200) {
+    if (used < sizeof rig.notes - 200) {
         vsnprintf(rig.notes + used, 200, fmt, args);
         strcat(rig.notes, "\n");
     }
@@ -165,15 +165,15 @@ static void sonar_step(unsigned *answered_asks, unsigned *answered_sets)
     uint8_t ack[2];
     put_u16(ack, SURVEYOR_SET_PING_PARAMETERS);
     if (*answered_asks != rig.asked && !rig.nameless)
-        say(PING_DEVICE_INFORMATION, info, sizeof(info));
+        say(PING_DEVICE_INFORMATION, info, sizeof info);
     *answered_asks = rig.asked;
     if (*answered_sets != rig.set_ups)
-        say(rig.nack ? PING_NACK : PING_ACK, ack, sizeof(ack));
+        say(rig.nack ? PING_NACK : PING_ACK, ack, sizeof ack);
     *answered_sets = rig.set_ups;
     if (!rig.set.ping || rig.forgets || rig.now_ns < rig.next_ns)
         return;
     rig.next_ns = rig.now_ns + (uint64_t)(rig.set.interval_ms * 1000000);
-    size_t n = points_frame(b, sizeof(b), ++rig.number);
+    size_t n = points_frame(b, sizeof b, ++rig.number);
     if (rig.lose > 0) {
         rig.lose--;
         return;
@@ -185,7 +185,7 @@ static void sonar_step(unsigned *answered_asks, unsigned *answered_sets)
     feed(b, n / 2);
     feed(b + n / 2, n - n / 2);
     if (rig.yz_too)
-        feed(b, yz_frame(b, sizeof(b)));
+        feed(b, yz_frame(b, sizeof b));
 }
 
 static void run_for(uint64_t ns)
@@ -229,9 +229,9 @@ TEST(settings_as_the_description_lays_them_out)
                                           .ping = true,
                                           .atof = true,
                                           .n_steps = 400};
-    CHECK_INT(surveyor_encode_settings(b, sizeof(b), &set), 46);
-    CHECK_INT(sizeof(want), 44);
-    CHECK(memcmp(b, want, sizeof(want)) == 0);
+    CHECK_INT(surveyor_encode_settings(b, sizeof b, &set), 46);
+    CHECK_INT(sizeof want, 44);
+    CHECK(memcmp(b, want, sizeof want) == 0);
     CHECK_INT(surveyor_encode_settings(b, 45, &set), 0);
 }
 
@@ -241,7 +241,7 @@ TEST(points_become_beams)
     for (int yz = 0; yz < 2; yz++) {
         rig_new(true);
         device_surveyor.opened(rig.state, rig.now_ns, &rig.io);
-        feed(b, yz ? yz_frame(b, sizeof(b)) : points_frame(b, sizeof(b), 7));
+        feed(b, yz ? yz_frame(b, sizeof b) : points_frame(b, sizeof b, 7));
         CHECK_INT(rig.pings, 1);
         CHECK_INT(rig.last.kind, PING_RANGES);
         CHECK_INT(rig.last.n_beams, POINTS);
@@ -283,12 +283,11 @@ static const uint8_t by_hand_atof[] = {
 TEST(port_is_port)
 {
     double looks_down[4], along[3];
-
     quat_from_rpy(0, -GEO_PI / 2, 0, looks_down);
     for (int yz = 0; yz < 2; yz++) {
         rig_new(true);
         device_surveyor.opened(rig.state, rig.now_ns, &rig.io);
-        feed(yz ? by_hand_yz : by_hand_atof, yz ? sizeof(by_hand_yz) : sizeof(by_hand_atof));
+        feed(yz ? by_hand_yz : by_hand_atof, yz ? sizeof by_hand_yz : sizeof by_hand_atof);
         CHECK_INT(rig.pings, 1);
         CHECK_INT(rig.last.n_beams, 1);
         CHECK_NEAR(rig.beam[0].range_m, sqrt(128.0), 1e-6, 0);
@@ -321,25 +320,25 @@ TEST(it_frees_nothing_nearer_than_it_listens)
     static uint8_t b[PING_FRAME_LIMIT];
     static const float point[1][2] = {{0, -10}};
 
-    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         const struct surveyor_points head = {
             .start_m = (double)row[i].start_m, .end_m = (double)row[i].end_m, .n = 1};
         const struct surveyor_settings set = {.start_mm = row[i].start_mm, .end_mm = 30000};
         rig_new(true);
         device_surveyor.opened(rig.state, rig.now_ns, &rig.io);
         if (row[i].start_mm >= 0)
-            feed(b, surveyor_encode_settings(b, sizeof(b), &set));
-        feed(b, surveyor_encode_yz(b, sizeof(b), 1, &head, point));
+            feed(b, surveyor_encode_settings(b, sizeof b, &set));
+        feed(b, surveyor_encode_yz(b, sizeof b, 1, &head, point));
         bool good = rig.pings == 1 && fabs((double)rig.last.r0_m - row[i].begin_m) < 1e-5 &&
                     fabs((double)(rig.last.r0_m + rig.last.dr_m) - row[i].reach_m) < 1e-5;
-        feed(b, points_frame(b, sizeof(b), 1));
+        feed(b, points_frame(b, sizeof b, 1));
         good &= rig.pings == 2 && fabs((double)rig.last.r0_m - row[i].atof_begin_m) < 1e-5;
         if (!good) {
             printf("%s: from %g m\n", row[i].name, (double)rig.last.r0_m);
             CHECK(false);
         }
         device_surveyor.opened(rig.state, rig.now_ns, &rig.io); /* our own settings again */
-        feed(b, points_frame(b, sizeof(b), 1));
+        feed(b, points_frame(b, sizeof b, 1));
         CHECK_NEAR(rig.last.r0_m, 1.5, 1e-6, 0);
     }
 }
@@ -349,17 +348,17 @@ TEST(senseless_points_are_left_out)
     static const float bad[][2] = {{NAN, 0.01f},  {0.1f, NAN},     {INFINITY, 0.01f}, {0.1f, INFINITY},
                                    {2.0f, 0.01f}, {0.1f, 0.0f},    {0.1f, 1e-45f},    {0.1f, -1.0f},
                                    {0.1f, 1e30f}, {-1e30f, 0.01f}, {0.2f, 0.01f}};
-    const unsigned n = sizeof(bad) / sizeof(bad[0]);
+    const unsigned n = sizeof bad / sizeof bad[0];
     uint8_t b[512];
     struct surveyor_points head = {.ping_number = 1, .listening_s = 0.04, .n = n};
     rig_new(true);
     device_surveyor.opened(rig.state, rig.now_ns, &rig.io);
-    feed(b, surveyor_encode_atof(b, sizeof(b), 1, &head, 1500.0f, bad));
+    feed(b, surveyor_encode_atof(b, sizeof b, 1, &head, 1500.0f, bad));
     CHECK_INT(rig.pings, 1);
     CHECK_INT(rig.last.n_beams, 1);
     CHECK_NEAR(rig.beam[0].range_m, 7.5, 1e-6, 0);
     head.n = n - 1, head.ping_number = 2;
-    feed(b, surveyor_encode_atof(b, sizeof(b), 1, &head, 1500.0f, bad));
+    feed(b, surveyor_encode_atof(b, sizeof b, 1, &head, 1500.0f, bad));
     CHECK_INT(rig.pings, 2);
     CHECK(rig.last.flags & PING_UNHEARD); /* over all of its swath it cannot tell */
     CHECK(rig.last.az_aperture_rad > 1.5f);
@@ -386,14 +385,14 @@ TEST(frames_that_are_too_short_or_senseless)
                {"ack of nothing", PING_ACK, 1, 0, 0, 0},
                {"nack of nothing", PING_NACK, 1, 0, 0, 0}};
     static uint8_t payload[PING_PAYLOAD_LIMIT], b[PING_FRAME_LIMIT];
-    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         rig_new(true);
         device_surveyor.opened(rig.state, rig.now_ns, &rig.io);
         put_f32(payload + 12, row[i].listening_s);
         put_f32(payload + 28, row[i].pulse_s);
         put_u16(payload + 36, row[i].points);
         put_u16(payload + 98, row[i].points);
-        feed(b, ping_frame_build(b, sizeof(b), row[i].id, 1, payload, row[i].n));
+        feed(b, ping_frame_build(b, sizeof b, row[i].id, 1, payload, row[i].n));
         if (rig.pings != 0 || status().bad_frame != 1 || status().frames != 1) {
             printf("%s\n", row[i].name);
             CHECK(false);
@@ -405,7 +404,7 @@ TEST(points_that_the_frame_has_no_room_for)
 {
     static uint8_t b[PING_FRAME_LIMIT];
     struct surveyor_points points;
-    size_t n = points_frame(b, sizeof(b), 1);
+    size_t n = points_frame(b, sizeof b, 1);
     struct ping_frame f = {
         .id = SURVEYOR_ATOF_POINTS, .length = (uint16_t)(n - PING_OVERHEAD - 17), .payload = b + 8};
     CHECK(surveyor_decode_points(&f, &points));
@@ -421,19 +420,19 @@ TEST(most_points_and_a_small_buffer)
         point[i][1] = 0.01f;
     rig_new(true);
     device_surveyor.opened(rig.state, rig.now_ns, &rig.io);
-    feed(b, surveyor_encode_atof(b, sizeof(b), 1, &head, 1500.0f, (const float(*)[2])point));
+    feed(b, surveyor_encode_atof(b, sizeof b, 1, &head, 1500.0f, (const float(*)[2])point));
     CHECK_INT(rig.last.n_beams, 512);
     rig.room = 3;
     head.ping_number = 2;
-    feed(b, surveyor_encode_atof(b, sizeof(b), 1, &head, 1500.0f, (const float(*)[2])point));
+    feed(b, surveyor_encode_atof(b, sizeof b, 1, &head, 1500.0f, (const float(*)[2])point));
     CHECK_INT(rig.last.n_beams, 3);
     rig.room = 0;
     head.ping_number = 3;
-    feed(b, surveyor_encode_atof(b, sizeof(b), 1, &head, 1500.0f, (const float(*)[2])point));
+    feed(b, surveyor_encode_atof(b, sizeof b, 1, &head, 1500.0f, (const float(*)[2])point));
     CHECK_INT(rig.pings, 2);
     CHECK_INT(status().pings, 3);
     head.n = SURVEYOR_POINTS_MAX + 1;
-    CHECK_INT(surveyor_encode_atof(b, sizeof(b), 1, &head, 1500.0f, (const float(*)[2])point), 0);
+    CHECK_INT(surveyor_encode_atof(b, sizeof b, 1, &head, 1500.0f, (const float(*)[2])point), 0);
 }
 
 TEST(configuration_faults_name_the_key)
@@ -447,7 +446,7 @@ TEST(configuration_faults_name_the_key)
                {"gain", {.range_m = 30, .sound_speed_mps = 1500, .gain = 11}}};
     void *state = calloc(1, device_surveyor.state_size);
     struct fault fault;
-    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         CHECK(!device_surveyor.init(state, &row[i].conf, &fault));
         CHECK(strncmp(fault.text, row[i].key, strlen(row[i].key)) == 0);
     }
@@ -501,7 +500,7 @@ TEST(the_same_ping_twice_is_one)
     static uint8_t b[PING_FRAME_LIMIT];
     rig_new(true);
     device_surveyor.opened(rig.state, rig.now_ns, &rig.io);
-    size_t n = points_frame(b, sizeof(b), 7);
+    size_t n = points_frame(b, sizeof b, 7);
     feed(b, n);
     feed(b, n);
     CHECK_INT(rig.pings, 1);
@@ -596,7 +595,6 @@ static void listen_through(const struct clockwork *w, uint64_t *seed, double *by
     uint64_t arrival_ns = 0, on_ns = rig.now_ns, restarted_ns = 0;
     uint32_t number = 0;
     unsigned n = 0;
-
     *by_clock_s = *by_arrival_s = 0;
     for (uint64_t sent_ns = rig.now_ns; sent_ns < on_ns + 100 * SEC; sent_ns += 97 * MS) {
         if (w->restart_s > 0 && !restarted_ns && sent_ns - on_ns > (uint64_t)(w->restart_s * 1e9)) {
@@ -618,7 +616,7 @@ static void listen_through(const struct clockwork *w, uint64_t *seed, double *by
         arrival_ns = in_ns > arrival_ns ? in_ns : arrival_ns;
         unsigned before = rig.pings;
         rig.now_ns = arrival_ns;
-        feed(b, surveyor_encode_atof(b, sizeof(b), 1, &head, 1500.0f, (const float(*)[2])point));
+        feed(b, surveyor_encode_atof(b, sizeof b, 1, &head, 1500.0f, (const float(*)[2])point));
         CHECK_INT(rig.pings, before + 1);
         CHECK(rig.last.t_ns <= arrival_ns - LISTEN_NS + 100); /* listening_s is a float */
         if (restarted_ns) /* a ping is never put among those of the life before */
@@ -652,7 +650,7 @@ TEST(pings_are_timed_by_its_clock)
         {"a tenth off", 0, 20, 1000, 1.1, 0, false},
     };
     uint64_t seed = test_seed();
-    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         double by_clock_s, by_arrival_s;
         rig_new(true);
         device_surveyor.opened(rig.state, rig.now_ns, &rig.io);
@@ -697,7 +695,7 @@ TEST(a_taken_over_sonar_is_set_up_again)
                {0, 10000, true, "end_mm 10000 (sent 30000)"},
                {5000, 30000, true, "start_mm 5000 (sent 0)"}};
 
-    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         rig_open();
         rig.yz_too = row[i].yz;
         run_for(2 * SEC);

@@ -17,7 +17,7 @@ static void take_note(void *ctx, enum device_note level, const char *fmt, ...)
     va_list args;
     (void)ctx;
     va_start(args, fmt);
-    vsnprintf(said, sizeof(said), fmt, args);
+    vsnprintf(said, sizeof said, fmt, args);
     va_end(args);
     warnings += level == NOTE_WARNING;
     infos += level == NOTE_INFO;
@@ -37,7 +37,6 @@ static unsigned pings(unsigned n, long gain)
     const struct device_io io = {.note = take_note};
     const struct takeover_value value[] = {{"range", 1990, 2000, 20}, {"gain", gain, 3, 0}};
     unsigned sent = 0;
-
     for (unsigned i = 0; i < n; i++, now_ns += SEC / 10)
         sent += takeover_ping(&takeover, &status, value, 2, now_ns, &io);
     return sent;
@@ -75,7 +74,6 @@ TEST(eight_in_a_row_are_one)
 TEST(those_who_take_turns_are_one)
 {
     unsigned sent = 0;
-
     begin();
     for (int i = 0; i < 30; i++)
         sent += pings(1, 1) + pings(1, 3);
@@ -130,13 +128,12 @@ TEST(a_list_that_is_too_long_is_cut)
     static const char name[] = "a_setting_with_a_very_long_name_indeed_that_no_protocol_would_ever_have";
     struct takeover_value value[VALUES];
     const struct device_io io = {.note = take_note};
-
     begin();
     for (int i = 0; i < VALUES; i++)
         value[i] = (struct takeover_value){name, 1000000 + i, -1, 0};
     for (int i = 0; i < 8; i++)
         takeover_ping(&takeover, &status, value, VALUES, now_ns, &io);
-    CHECK_INT(strlen(status.other_settings), sizeof(status.other_settings) - 1);
+    CHECK_INT(strlen(status.other_settings), sizeof status.other_settings - 1);
     CHECK(strstr(said, status.other_settings) != NULL);
 }
 

@@ -22,7 +22,7 @@ static struct fault fault;
 static void plug(const struct port_ops *ops)
 {
     int ends[2];
-    memset(&port, 0, sizeof(port));
+    memset(&port, 0, sizeof port);
     CHECK(socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, ends) == 0);
     port.ops = ops;
     port.fd = ends[0];
@@ -84,7 +84,7 @@ TEST(addresses)
         {"canstream:can0:321:322:fd", false, "second identifier"},
         {"canstream:can0", false, "can0:701:702"},
     };
-    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         const char *rest;
         fault.text[0] = '\0';
         bool good = port_find(cases[i].address, &rest, &fault) != NULL;
@@ -99,14 +99,14 @@ TEST(a_read_is_one_frame)
     uint8_t record[256];
     struct canfd_frame f;
     plug(&port_can);
-    CHECK_INT(hear(record, sizeof(record)), 0);
+    CHECK_INT(hear(record, sizeof record), 0);
     say(0x123, "abc", 3, CAN_MTU);
     say(0x90041A2A, "0123456789ab", 12, CANFD_MTU);
-    CHECK_INT(hear(record, sizeof(record)), CAN_MTU);
+    CHECK_INT(hear(record, sizeof record), CAN_MTU);
     CHECK(can_frame_read(record, CAN_MTU, &f) && f.can_id == 0x123 && f.len == 3 && memcmp(f.data, "abc", 4) == 0);
-    CHECK_INT(hear(record, sizeof(record)), CANFD_MTU);
+    CHECK_INT(hear(record, sizeof record), CANFD_MTU);
     CHECK(can_frame_read(record, CANFD_MTU, &f) && f.len == 12 && f.data[11] == 'b');
-    CHECK_INT(hear(record, sizeof(record)), 0);
+    CHECK_INT(hear(record, sizeof record), 0);
     CHECK_INT(hear(record, 71), -1);
     unplug();
 }
@@ -115,7 +115,7 @@ TEST(records_that_are_no_frames)
 {
     uint8_t record[CANFD_MTU] = {0};
     struct canfd_frame f;
-    for (size_t n = 0; n <= sizeof(record); n++)
+    for (size_t n = 0; n <= sizeof record; n++)
         CHECK_INT(can_frame_read(record, n, &f), n == CAN_MTU || n == CANFD_MTU);
     record[4] = 9;
     CHECK(!can_frame_read(record, CAN_MTU, &f));
@@ -138,10 +138,10 @@ TEST(error_frames_change_the_state)
                  {CAN_ERR_CRTL | CAN_ERR_CNT, CAN_ERR_CRTL_TX_WARNING, BUS_WARNING}};
     uint8_t record[CANFD_MTU];
     plug(&port_can);
-    for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         const char bytes[8] = {0, (char)cases[i].controller, 0, 0, 0, 0, 99, 7};
         say(CAN_ERR_FLAG | cases[i].bits, bytes, 8, CAN_MTU);
-        CHECK_INT(hear(record, sizeof(record)), CAN_MTU);
+        CHECK_INT(hear(record, sizeof record), CAN_MTU);
         CHECK_INT(port.bus.state, cases[i].state);
         CHECK_INT(port.bus.error_frames, i + 1);
     }
@@ -155,10 +155,10 @@ TEST(bus_off_and_restart_give_the_port_up)
     uint8_t record[CANFD_MTU];
     plug(&port_can);
     say(CAN_ERR_FLAG | CAN_ERR_BUSOFF, "\0\0\0\0\0\0\0", 8, CAN_MTU);
-    CHECK_INT(hear(record, sizeof(record)), -1);
+    CHECK_INT(hear(record, sizeof record), -1);
     CHECK(port.bus.state == BUS_OFF && port.bus.bus_offs == 1 && port.error == ENETDOWN);
     say(CAN_ERR_FLAG | CAN_ERR_RESTARTED, "\0\0\0\0\0\0\0", 8, CAN_MTU);
-    CHECK_INT(hear(record, sizeof(record)), -1);
+    CHECK_INT(hear(record, sizeof record), -1);
     CHECK(port.bus.state == BUS_UP && port.bus.restarts == 1);
     unplug();
 }
@@ -168,7 +168,7 @@ TEST(the_end_of_the_wire)
     uint8_t record[CANFD_MTU];
     plug(&port_can);
     close(bus);
-    CHECK_INT(hear(record, sizeof(record)), -1);
+    CHECK_INT(hear(record, sizeof record), -1);
     CHECK_INT(port.error, ENODEV);
     port.ops->close(&port);
 }
@@ -237,10 +237,10 @@ TEST(stream_writes_frames_of_eight)
     port.can_send_id = 0x321;
     CHECK_INT(port.ops->write(&port, "0123456789abcdefXYZ", 19), 19);
     for (int i = 0; i < 3; i++)
-        CHECK_INT(recv(bus, &f[i], sizeof(f[i]), 0), CAN_MTU);
+        CHECK_INT(recv(bus, &f[i], sizeof f[i], 0), CAN_MTU);
     CHECK(f[0].can_id == 0x321 && f[0].len == 8 && memcmp(f[0].data, "01234567", 8) == 0);
     CHECK(f[2].len == 3 && memcmp(f[2].data, "XYZ", 3) == 0);
-    CHECK(recv(bus, &f[3], sizeof(f[3]), 0) < 0);
+    CHECK(recv(bus, &f[3], sizeof f[3], 0) < 0);
     unplug();
 }
 
@@ -248,8 +248,8 @@ TEST(stream_stops_where_the_line_is_full)
 {
     static uint8_t much[1 << 20];
     plug(&port_canstream);
-    ssize_t n = port.ops->write(&port, much, sizeof(much));
-    CHECK(n > 0 && (size_t)n < sizeof(much));
+    ssize_t n = port.ops->write(&port, much, sizeof much);
+    CHECK(n > 0 && (size_t)n < sizeof much);
     CHECK_INT(port.ops->write(&port, much, 8), 0);
     unplug();
 }
@@ -262,7 +262,7 @@ TEST(isotp_message_is_bytes)
     CHECK_INT(hear(bytes, sizeof(bytes)), 0);
     CHECK_INT(send(bus, much, 1224, 0), 1224);
     CHECK_INT(hear(bytes, sizeof(bytes)), 1224);
-    CHECK_INT(port.ops->write(&port, much, sizeof(much)), 4095);
+    CHECK_INT(port.ops->write(&port, much, sizeof much), 4095);
     CHECK_INT(recv(bus, bytes, sizeof(bytes), 0), 4095);
     close(bus);
     CHECK_INT(hear(bytes, sizeof(bytes)), -1);
@@ -275,7 +275,7 @@ TEST(an_interface_that_is_not_there)
     const struct port_ops *const kinds[] = {&port_can, &port_canstream, &port_isotp};
     const char *const rests[] = {"nocan9", "nocan9:1:2", "nocan9:1:2"};
     for (int i = 0; i < 3; i++) {
-        memset(&port, 0, sizeof(port));
+        memset(&port, 0, sizeof port);
         CHECK(!kinds[i]->open(&port, rests[i], &fault));
         CHECK(port.fd == -1 && port.bus.state == BUS_DOWN && strstr(fault.text, "nocan9"));
         CHECK(port.error == ENODEV || port.error == EAFNOSUPPORT);

@@ -23,8 +23,7 @@ static char slave[64];
 static void pty_new(void)
 {
     master = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK);
-    if (master < 0 || grantpt(master) < 0 || unlockpt(master) < 0 ||
-        ptsname_r(master, slave, sizeof(slave)) != 0) {
+    if (master < 0 || grantpt(master) < 0 || unlockpt(master) < 0 || ptsname_r(master, slave, sizeof slave) != 0) {
         perror("pty");
         exit(2);
     }
@@ -39,7 +38,7 @@ static void pty_gone(void)
 static bool open_at(const char *baud)
 {
     char rest[128];
-    snprintf(rest, sizeof(rest), "%s%s", slave, baud);
+    snprintf(rest, sizeof rest, "%s%s", slave, baud);
     fault.text[0] = '\0';
     return port_serial.open(&port, rest, &fault);
 }
@@ -76,7 +75,7 @@ TEST(addresses)
         {"/dev/ttyUSB0:0", false, "baud"},
         {"/dev/ttyUSB0:4294976896", false, "baud"}, /* 2^32 + 9600 */
     };
-    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         fault.text[0] = '\0';
         bool good = port_serial.check(row[i].rest, &fault);
         if (good != row[i].good || !strstr(fault.text, row[i].says)) {
@@ -85,7 +84,7 @@ TEST(addresses)
         }
     }
     char longest[600];
-    memset(longest, 'x', sizeof(longest));
+    memset(longest, 'x', sizeof longest);
     longest[0] = '/';
     longest[599] = '\0';
     CHECK(!port_serial.check(longest, &fault));
@@ -117,7 +116,7 @@ TEST(kinds_of_port)
     CHECK(port_find("serial:/dev/ttyS0:9600", &rest, &fault) == &port_serial);
     CHECK_STR(rest, "/dev/ttyS0:9600");
     static const char *const bad[] = {"", ":", "serial", "seri:/dev/x", "serialx:/dev/x", "/dev/ttyS0", ":/dev/x"};
-    for (size_t i = 0; i < sizeof(bad) / sizeof(bad[0]); i++) {
+    for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
         CHECK(port_find(bad[i], &rest, &fault) == NULL);
         CHECK(strstr(fault.text, "serial") != NULL);
     }
@@ -135,7 +134,7 @@ TEST(line_is_raw_at_its_speed)
                {":9600", 9600, B9600},
                {":921600", 921600, B921600},
                {":4000000", 4000000, B4000000}};
-    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         struct termios t;
         pty_new();
         CHECK(open_at(row[i].baud));
@@ -162,7 +161,7 @@ TEST(all_bytes_pass_both_ways)
     uint8_t out[256], in[256];
     pty_new();
     CHECK(open_at(":115200"));
-    CHECK_INT(port.ops->read(&port, in, sizeof(in)), 0);
+    CHECK_INT(port.ops->read(&port, in, sizeof in), 0);
     for (int i = 0; i < 256; i++)
         out[i] = (uint8_t)i;
     for (size_t at = 0; at < 256; at += 37) { /* in pieces */
@@ -179,7 +178,7 @@ TEST(all_bytes_pass_both_ways)
     }
     CHECK(memcmp(in, out, 256) == 0);
 
-    memset(in, 0, sizeof(in));
+    memset(in, 0, sizeof in);
     CHECK_INT(port.ops->write(&port, out, 256), 256);
     for (size_t got = 0; got < 256;) {
         ssize_t r = patience_for(master, POLLIN) ? read(master, in + got, 256 - got) : -1;
@@ -201,7 +200,7 @@ TEST(full_line_takes_nothing)
     pty_new();
     CHECK(open_at(""));
     for (int i = 0; i < 1000 && n > 0; i++)
-        n = port.ops->write(&port, out, sizeof(out));
+        n = port.ops->write(&port, out, sizeof out);
     CHECK_INT(n, 0);
     port.ops->close(&port);
     pty_gone();
@@ -213,9 +212,9 @@ TEST(hang_up_is_the_end)
     pty_new();
     CHECK(open_at(""));
     pty_gone();
-    CHECK_INT(read_ready(b, sizeof(b)), -1);
+    CHECK_INT(read_ready(b, sizeof b), -1);
     CHECK_INT(port.error, ENODEV);
-    CHECK_INT(port.ops->write(&port, b, sizeof(b)), -1);
+    CHECK_INT(port.ops->write(&port, b, sizeof b), -1);
     CHECK_INT(port.error, EIO);
     CHECK(!open_at("")); /* while it is away */
     CHECK_INT(port.error, ENOENT);
@@ -229,15 +228,15 @@ TEST(replug)
     char rest[128];
     uint8_t b[4];
     CHECK(mkdtemp(link) != NULL);
-    snprintf(rest, sizeof(rest), "%s/tty", link);
+    snprintf(rest, sizeof rest, "%s/tty", link);
     for (int i = 0; i < 3; i++) {
         pty_new();
         CHECK(symlink(slave, rest) == 0);
         CHECK(port_serial.open(&port, rest, &fault));
         CHECK_INT(write(master, "abc", 3), 3);
-        CHECK_INT(read_ready(b, sizeof(b)), 3);
+        CHECK_INT(read_ready(b, sizeof b), 3);
         pty_gone();
-        CHECK_INT(read_ready(b, sizeof(b)), -1);
+        CHECK_INT(read_ready(b, sizeof b), -1);
         port.ops->close(&port);
         CHECK(unlink(rest) == 0);
     }
@@ -254,7 +253,7 @@ TEST(what_is_no_serial_port)
         {"/dev/null", ENOTTY, "not a serial port"},
         {"/nowhere/tty", ENOENT, "cannot be opened (not plugged in, or taken by brltty? see devices/serial.md)"},
         {"/tmp", EISDIR, "cannot be opened"}};
-    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         CHECK(!port_serial.open(&port, row[i].path, &fault));
         CHECK_INT(port.error, row[i].error);
         CHECK_INT(port.fd, -1);
@@ -304,7 +303,7 @@ TEST(old_bytes_are_not_read)
     int other = open(slave, O_RDWR | O_NOCTTY);
     CHECK_INT(write(master, "old\n", 4), 4);
     CHECK(open_at(""));
-    CHECK_INT(port.ops->read(&port, b, sizeof(b)), 0);
+    CHECK_INT(port.ops->read(&port, b, sizeof b), 0);
     port.ops->close(&port);
     close(other);
     pty_gone();
@@ -318,7 +317,7 @@ TEST(break_is_harmless_where_there_is_none)
     port.ops->hold_break(&port, true);
     port.ops->hold_break(&port, false);
     CHECK_INT(write(master, "abc", 3), 3);
-    CHECK_INT(read_ready(b, sizeof(b)), 3);
+    CHECK_INT(read_ready(b, sizeof b), 3);
     port.ops->close(&port);
     pty_gone();
 }

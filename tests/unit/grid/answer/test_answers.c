@@ -10,7 +10,6 @@
 TEST(a_direction)
 {
     struct sonard_blocked b;
-
     CHECK(sonard_read_blocked(BLOCKED("\"blocked\""), &b));
     CHECK(b.state == SONARD_BLOCKED && b.range_m == 3.5 && b.confidence == 0.5);
     CHECK(isnan(b.age_s) && isnan(b.free_to_m));
@@ -43,12 +42,10 @@ static const char *const nonsense[] = {
 TEST(no_answer_is_never_clear)
 {
     static struct sonard_sectors s;
-
     for (size_t i = 0; i < sizeof nonsense / sizeof *nonsense; i++) {
         struct sonard_blocked b = {.state = SONARD_CLEAR, .free_to_m = 9};
         struct sonard_limit l = {.limited_by = SONARD_CLEAR, .speed_mps = 9, .velocity_mps = {9, 9, 9}};
         struct sonard_collision c = {.state = SONARD_CLEAR};
-
         s = (struct sonard_sectors){.count = 1, .sector = {{.state = SONARD_CLEAR}}};
         CHECK(!sonard_read_blocked(nonsense[i], &b) && b.state == SONARD_UNKNOWN && b.free_to_m == 0);
         CHECK(!sonard_read_limit(nonsense[i], &l) && l.speed_mps == 0 && l.velocity_mps[0] == 0);
@@ -61,7 +58,6 @@ TEST(a_limit_and_a_collision)
 {
     struct sonard_limit l;
     struct sonard_collision c;
-
     CHECK(sonard_read_limit("{\"velocity_mps\":[0.5,0,-0.25],\"speed_mps\":0.56,\"limited_by\":\"unknown\","
                             "\"stop_m\":1,\"blocked_m\":null,\"free_m\":2,\"age_s\":3,\"reason\":\"r\"}",
                             &l));
@@ -88,7 +84,6 @@ static const char *ring_of(int n)
 TEST(a_ring)
 {
     static struct sonard_sectors s;
-
     CHECK(sonard_read_sectors(ring_of(SONARD_SECTORS_MAX), &s));
     CHECK_INT(s.count, SONARD_SECTORS_MAX);
     CHECK(s.frame == SONARD_NED && s.t_unix == 1.5 && isnan(s.pose_age_s) && s.near_m == 1.5);

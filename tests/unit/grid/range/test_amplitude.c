@@ -11,7 +11,6 @@ TEST(decibels_equal_table)
     FILE *file = fopen("tests/oracles/log_lut.csv", "r");
     char line[256];
     int rows = 0;
-
     CHECK(file && fgets(line, sizeof line, file));
     while (file && fgets(line, sizeof line, file)) {
         double span, low, v;
@@ -103,7 +102,6 @@ TEST(a_row_equals_its_samples)
     static const uint16_t words[] = {0, 1, 300, 40000, 65535};
     struct amplitude a;
     uint64_t sum[6];
-
     CHECK(amplitude_init(&a, AMPLITUDE_SQRT, 1, 0));
     amplitude_sums(&a, bytes, 5, sum);
     for (int i = 0; i < 5; i++)
@@ -117,7 +115,6 @@ TEST(a_row_equals_its_samples)
 TEST(wrong_arguments_are_refused)
 {
     struct amplitude a = {.sample_bytes = 77};
-
     CHECK(!amplitude_init(&a, AMPLITUDE_LINEAR, 0, 0));
     CHECK(!amplitude_init(&a, AMPLITUDE_LINEAR, 3, 0));
     CHECK(!amplitude_init(&a, (enum amplitude_law)4, 1, 0));

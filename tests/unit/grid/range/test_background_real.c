@@ -65,7 +65,6 @@ static struct ping_beam axis;
 static struct ping ping_of(const struct scene *s)
 {
     const double az_rad = geo_wrap(geo_rad(shot.bearing_deg));
-
     axis = (struct ping_beam){.az_rad = (float)az_rad};
     return (struct ping){.kind = PING_PROFILE,
                          .law = (uint8_t)s->head.law,
@@ -88,7 +87,6 @@ static struct background_learn *learn(const struct scene *s)
 {
     const struct background_learn_conf conf = {.pings = PINGS, .standing = true};
     struct background_learn *l = NULL;
-
     for (uint32_t round = 0; round < s->rounds; round++) {
         FILE *file = recording(s->path);
         while (shot_read(file, &shot)) {
@@ -112,7 +110,6 @@ static struct background *template_of(const struct scene *s)
     void *work = malloc(background_keep_size(shape));
     struct background_progress progress;
     struct background_kept kept;
-
     background_learn_progress(l, &progress);
     background_learn_finish(l, 3, b);
     background_keep(b, &rule, work, &kept);
@@ -145,7 +142,6 @@ static void learn_and_look(const struct scene *s)
     struct extract_conf conf;
     int beams[3] = {0}, masked[3] = {0}, behind[3] = {0};
     FILE *file = recording(s->path);
-
     extract_defaults(&conf);
     conf.no_echo = EXTRACT_RANGE; /* the boldest */
     set_up(&conf);

@@ -26,7 +26,6 @@ TEST(factor_equals_table)
     struct table t = table_open("tests/oracles/cfar_alpha.csv");
     double worst = 0.0;
     int rows = 0;
-
     while (table_next(&t)) {
         double alpha = NAN;
         CHECK(cfar_alpha(table_detector(&t, 0), table_count(&t, 1), table_count(&t, 2), table_count(&t, 3),
@@ -43,7 +42,6 @@ TEST(probability_equals_table)
 {
     struct table t = table_open("tests/oracles/cfar_pfa.csv");
     int rows = 0;
-
     while (table_next(&t)) {
         double ln_pfa = NAN;
         CHECK(cfar_ln_pfa(table_detector(&t, 0), table_count(&t, 1), table_count(&t, 2), table_count(&t, 3),
@@ -65,7 +63,6 @@ TEST(masks_equal_table_bit_for_bit)
 {
     struct table t = table_open("tests/oracles/soca_beams.csv");
     int rows = 0, wrong = 0;
-
     while (table_next(&t)) {
         const uint32_t n = table_count(&t, 3);
         const uint64_t alpha = (uint64_t)table_int(&t, 7);
@@ -98,7 +95,6 @@ TEST(masks_equal_table_bit_for_bit)
 static int by_size(const void *a, const void *b)
 {
     const uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
-
     return (x > y) - (x < y);
 }
 
@@ -110,7 +106,6 @@ static struct cfar_reference brute_reference(const struct cfar *c, const uint64_
     int64_t count[2] = {0, 0};
     const int64_t reach = (int64_t)c->guard + c->n_side;
     const bool cut[2] = {i < reach, i + reach >= n};
-
     for (int64_t d = (int64_t)c->guard + 1; d <= reach; d++) {
         if (i - d >= 0 && !(excluded && excluded[i - d]))
             cell[0][count[0]++] = x[i - d];
@@ -154,7 +149,6 @@ static struct cfar_reference brute_reference(const struct cfar *c, const uint64_
 static bool brute_force(const struct cfar *c, const uint64_t *x, const uint8_t *excluded, int64_t n, int64_t i)
 {
     const struct cfar_reference ref = brute_reference(c, x, excluded, n, i);
-
     return ref.cells > 0 && x[i] >= c->x_min && !(excluded && excluded[i]) &&
            u128_less(u128_product(ref.one_sided ? c->alpha_one_q16 : c->alpha_q16, ref.sum),
                      u128_product(x[i], (uint64_t)ref.cells * 65536));
@@ -164,7 +158,6 @@ static bool brute_force(const struct cfar *c, const uint64_t *x, const uint8_t *
 static void random_beam(uint64_t *seed, uint64_t *x, uint32_t n)
 {
     const uint64_t kind = test_random(seed) % 5;
-
     for (uint32_t i = 0; i < n; i++) {
         const double u = test_uniform(seed);
         switch (kind) {
@@ -191,7 +184,6 @@ static void random_stretches(uint64_t *seed, uint8_t *out, uint32_t n)
 {
     const uint64_t longest = 1 + test_random(seed) % 100;
     uint8_t value = test_random(seed) % 2;
-
     for (uint32_t i = 0; i < n; value = !value)
         for (uint64_t left = 1 + test_random(seed) % longest; left > 0 && i < n; left--)
             out[i++] = value;
@@ -204,7 +196,6 @@ TEST(a_million_random_cells_equal_brute_force)
     static uint64_t x[MAX_CELLS];
     static uint8_t mask[MAX_CELLS], excluded[MAX_CELLS];
     long cells = 0, wrong = 0, hits = 0, wrong_references = 0;
-
     while (cells < 1000000) {
         const uint32_t n = (uint32_t)(test_random(&seed) % 400);
         const uint32_t side = 1 + (uint32_t)(test_random(&seed) % (test_random(&seed) % 8 ? 12 : 500));
@@ -248,7 +239,6 @@ TEST(a_million_random_cells_equal_brute_force)
 static struct cfar plain(enum cfar_detector detector, double alpha)
 {
     const uint64_t q16 = (uint64_t)(alpha * 65536);
-
     return (struct cfar){
         .detector = detector, .n_side = 8, .guard = 2, .rank = 12, .alpha_q16 = q16, .alpha_one_q16 = q16};
 }
@@ -257,7 +247,6 @@ static uint32_t hits_in(const struct cfar *cfar, const uint64_t *x, uint32_t n)
 {
     uint8_t mask[MAX_CELLS];
     uint32_t hits = 0;
-
     cfar_run(cfar, &(struct cfar_profile){.x = x, .n = n, .work = work}, mask);
     for (uint32_t i = 0; i < n; i++)
         hits += mask[i];
@@ -301,7 +290,6 @@ TEST(beams_shorter_than_the_window)
     const struct cfar cfar = plain(CFAR_CA, 3.0);
     uint64_t x[21];
     uint8_t mask[22];
-
     for (int i = 0; i < 21; i++)
         x[i] = 7;
     for (int k = 0; k < 6; k++) {
@@ -318,7 +306,6 @@ TEST(beams_shorter_than_the_window)
 TEST(tiny_probabilities_are_solved)
 {
     double alpha, ln_pfa;
-
     CHECK(cfar_alpha(CFAR_SOCA, 1, 1, 0, 1e-12, &alpha));
     CHECK_NEAR(alpha, 2e12 - 2, 1e-11, 0);
     CHECK(cfar_alpha(CFAR_SOCA, 512, 512, 0, 1e-12, &alpha));
@@ -337,7 +324,6 @@ TEST(tiny_probabilities_are_solved)
 TEST(wrong_arguments_are_refused)
 {
     double out = 5.0;
-
     CHECK(!cfar_alpha(CFAR_SOCA, 8, 8, 0, 0.0, &out));
     CHECK(!cfar_alpha(CFAR_SOCA, 8, 8, 0, 1.0, &out));
     CHECK(!cfar_alpha(CFAR_SOCA, 8, 8, 0, -1.0, &out));
@@ -356,7 +342,6 @@ TEST(wrong_arguments_are_refused)
 TEST(greater_and_smaller_share_their_sum)
 {
     double go, so;
-
     for (uint32_t n1 = 1; n1 <= 40; n1 += 3)
         for (uint32_t n2 = 1; n2 <= 40; n2 += 5) {
             const double alpha = 3.0;
@@ -371,7 +356,6 @@ TEST(greater_and_smaller_share_their_sum)
 TEST(a_loud_cell_leaves_nothing_behind)
 {
     uint64_t x[200];
-
     for (int i = 0; i < 200; i++)
         x[i] = i == 20 ? amplitude_from_db(80.0) : (uint64_t)(i % 2) + 1;
     const struct cfar cfar = plain(CFAR_CA, 3.0);
@@ -408,7 +392,6 @@ TEST(false_alarm_rate_is_the_design_rate)
     uint64_t seed = test_seed();
     static uint64_t x[MAX_CELLS], db[MAX_CELLS];
     static const char *const name[] = {"ca", "goca", "soca", "os"};
-
     for (int d = CFAR_CA; d <= CFAR_OS; d++) {
         struct cfar cfar = {
             .detector = (enum cfar_detector)d, .n_side = 16, .guard = 2, .rank = 24, .edge = CFAR_FULL};

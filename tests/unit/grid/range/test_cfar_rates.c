@@ -22,7 +22,6 @@ static const char *const name_of[] = {"ca", "goca", "soca", "os"};
 static struct cfar detector(enum cfar_detector kind, uint32_t side, uint32_t rank, double alpha)
 {
     const uint64_t q16 = (uint64_t)(alpha * 65536.0 + 0.5);
-
     return (struct cfar){.detector = kind,
                          .edge = CFAR_BOTH,
                          .n_side = side,
@@ -37,7 +36,6 @@ static double detections(const struct cfar *cfar, const uint64_t *x, uint32_t n)
 {
     const struct cfar_profile profile = {.x = x, .n = n, .work = work};
     double hits = 0;
-
     cfar_run(cfar, &profile, mask);
     for (uint32_t i = 0; i < n; i++)
         hits += mask[i];
@@ -47,7 +45,6 @@ static double detections(const struct cfar *cfar, const uint64_t *x, uint32_t n)
 static bool within(double hits, double n, double want, double bias)
 {
     double lo, hi;
-
     wilson(hits, n, SIGMAS, &lo, &hi);
     return want >= lo * (1.0 - bias) && want <= hi * (1.0 + bias);
 }
@@ -59,7 +56,6 @@ TEST(rates_are_the_design_rates_under_every_law)
     static uint64_t x[128][BEAM];
     static const double design[] = {1e-2, 1e-3, 1e-4};
     uint64_t seed = test_seed();
-
     for (int law = 0; law < CLUTTER_LAWS; law++) {
         struct amplitude table;
         CHECK(amplitude_init(&table, clutter[law].law, clutter[law].sample_bytes, clutter[law].db_per_count));
@@ -89,7 +85,6 @@ TEST(counts_taken_for_power_give_no_false_alarms_at_all)
 {
     static uint64_t x[BEAM];
     uint64_t seed = test_seed();
-
     for (int law = 0; law < CLUTTER_LAWS; law++) {
         if (clutter[law].law != AMPLITUDE_LOG && clutter[law].law != AMPLITUDE_SQRT)
             continue;
@@ -239,7 +234,6 @@ static double found_beside(enum cfar_detector kind, double alpha, double other, 
 {
     const struct cfar cfar = detector(kind, 16, 24, alpha);
     double hits = 0;
-
     for (int t = 0; t < trials; t++) {
         uint64_t x[33];
         for (uint32_t i = 0; i < 33; i++)

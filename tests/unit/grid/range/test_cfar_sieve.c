@@ -15,7 +15,6 @@ static uint64_t x[MAX_CELLS], prefix[MAX_CELLS + 1];
 static void random_profile(uint64_t *seed, uint32_t n)
 {
     const uint64_t kind = test_random(seed) % 4;
-
     for (uint32_t i = 0; i < n; i++) {
         const double u = test_uniform(seed);
         x[i] = kind == 0   ? (uint64_t)(-1000.0 * log(1.0 - u))
@@ -31,7 +30,6 @@ static struct cfar_stretch random_stretch(uint64_t *seed, uint32_t n, uint32_t s
     const uint32_t guard = (uint32_t)(test_random(seed) % 5), reach = guard + side;
     const int32_t before = -(int32_t)reach, behind = (int32_t)guard + 1;
     const double alpha = 0.5 + 12.0 * test_uniform(seed);
-
     switch (test_random(seed) % 3) {
     case 0:
         return (struct cfar_stretch){0, n - reach, behind, behind, side, alpha, 0};
@@ -60,7 +58,6 @@ static bool average_detects(enum cfar_detector kind, const struct cfar_stretch *
 static bool rank_detects(const struct cfar_stretch *s, uint32_t side, uint32_t rank, uint32_t i)
 {
     uint32_t below = 0;
-
     for (uint32_t d = 0; d < side; d++) {
         below += (long double)x[(int64_t)i + s->lead + d] * (long double)s->alpha < (long double)x[i];
         if (s->lag != s->lead)
@@ -121,7 +118,6 @@ struct variant {
 static int variants(struct variant out[3])
 {
     int n = 0;
-
     out[n++] = (struct variant){"baseline", powers_plain, sums_plain, average_plain, codes_plain, rank_plain};
 #if defined(__x86_64__)
     if (__builtin_cpu_supports("avx2"))
@@ -140,7 +136,6 @@ TEST(sums_of_windows_are_right_to_a_share_of_themselves)
     const int n_variants = variants(v);
     uint64_t seed = test_seed();
     double worst = 0.0;
-
     for (uint32_t cells = 1; cells <= 900; cells += cells < 100 ? 1 : 50) {
         const uint32_t n = cells + (uint32_t)(test_random(&seed) % 100);
         static float power[3][MAX_CELLS], room[3][2 * MAX_CELLS];
@@ -170,7 +165,6 @@ TEST(variants_mark_the_same_cells_and_never_too_few)
     const int n_variants = variants(v);
     uint64_t seed = test_seed();
     long cells = 0, marked = 0, wanted = 0, missed = 0, different = 0;
-
     while (cells < 2000000) {
         const uint32_t side = 1 + (uint32_t)(test_random(&seed) % (test_random(&seed) % 4 ? 20 : 300));
         const uint32_t n = 2 * side + 10 + (uint32_t)(test_random(&seed) % 300);

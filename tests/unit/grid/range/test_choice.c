@@ -220,7 +220,6 @@ TEST(something_near_frees_nothing_behind_it)
 TEST(the_ring_down_ends_where_the_transducer_does_or_as_promised)
 {
     struct choice_ring known = {.promised_m = -1.0};
-
     begin(0, 6);
     ring(0.8);
     echo(8, 8.3, 250);
@@ -239,7 +238,6 @@ TEST(the_ring_down_ends_where_the_transducer_does_or_as_promised)
 TEST(a_ring_down_longer_than_learnt_hides)
 {
     struct choice_ring known = {.promised_m = -1.0};
-
     for (unsigned bottom = 60; bottom < 250; bottom += 60) { /* whatever the gain makes of it */
         begin(0, 6);
         ring(0.2);
@@ -277,7 +275,6 @@ TEST(any_profile_is_judged)
 {
     uint64_t seed = test_seed();
     static uint16_t wide[BINS];
-
     for (int k = 0; k < 20000; k++) {
         struct choice_ring known = {test_random(&seed) % 2, test_random(&seed) % 300,
                                     2.0 * test_uniform(&seed) - 1.0};
@@ -310,7 +307,6 @@ static bool next_reading(FILE *f, double *chosen_m)
 {
     static char line[8192];
     unsigned most = 1, value[BINS] = {0};
-
     do
         if (!fgets(line, sizeof line, f))
             return false;
@@ -336,7 +332,6 @@ static double stays(const char *path, unsigned *readings)
 {
     FILE *f = fopen(path, "r");
     double chosen_m, before_m = 0, free_m = 0;
-
     *readings = 0;
     while (f && next_reading(f, &chosen_m)) {
         if (chosen_m <= 0)

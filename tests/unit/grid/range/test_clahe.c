@@ -19,7 +19,6 @@ static clahe_table table[CLAHE_MAX_TILES * CLAHE_MAX_TILES];
 static uint32_t read_hex(const char *text, uint8_t *to)
 {
     uint32_t n = 0;
-
     for (; text[2 * n] && text[2 * n + 1]; n++) {
         const char digits[3] = {text[2 * n], text[2 * n + 1], '\0'};
         to[n] = (uint8_t)strtoul(digits, NULL, 16);
@@ -33,7 +32,6 @@ TEST(images_equal_the_table)
     struct table cases = table_open("tests/oracles/clahe_cases.csv");
     struct table pixels = table_open("tests/oracles/clahe_pixels.csv");
     int images = 0;
-
     while (table_next(&cases)) {
         const struct clahe_grid g = {.rows = (uint32_t)table_int(&cases, 2),
                                      .columns = (uint32_t)table_int(&cases, 3),
@@ -65,7 +63,6 @@ TEST(more_tiles_than_rows_are_refused)
 {
     const struct clahe_grid good = {.rows = 8, .columns = 8, .tiles_y = 8, .tiles_x = 8, .clip_q100 = 1};
     struct clahe_grid g = good;
-
     CHECK(clahe_grid_ok(&g));
     g.rows = 7;
     CHECK(!clahe_grid_ok(&g));
@@ -92,7 +89,6 @@ TEST(mirrored_transposed_and_rolled_images)
     uint64_t random = test_seed();
     static struct picture in, out, changed, got, want;
     const uint32_t n = 32;
-
     for (int round = 0; round < 20; round++) {
         const struct clahe_grid g = {.rows = n,
                                      .columns = n,
@@ -126,7 +122,6 @@ TEST(zeros_stay_zero_where_they_mean_removed)
     struct clahe_grid g = {
         .rows = 16, .columns = 16, .tiles_y = 2, .tiles_x = 2, .clip_q100 = 200, .keep_zero = true};
     static struct picture in, out;
-
     memset(&in, 0, sizeof in);
     clahe_image(&g, in.at, table, out.at);
     for (int i = 0; i < 256; i++)
@@ -163,7 +158,6 @@ TEST(causal_of_the_second_turn_of_a_still_image_is_exact)
                                  .clip_q100 = 200,
                                  .wrap = true,
                                  .keep_zero = true};
-
     make(&in, SIDE, &random);
     clahe_image(&g, in.at, table, want.at);
     begin(SIDE, SIDE);
@@ -183,7 +177,6 @@ TEST(causal_is_the_same_whatever_the_order_inside_a_tile)
     static clahe_table forward[CLAHE_CAUSAL_TILES * CLAHE_CAUSAL_TILES];
     uint64_t random = test_seed();
     uint8_t out[SIDE];
-
     make(&in, SIDE, &random);
     for (int backward = 0; backward < 2; backward++) {
         begin(SIDE, SIDE);
@@ -204,7 +197,6 @@ TEST(causal_in_a_sector_uses_only_tiles_that_were_seen)
     static struct picture in;
     uint64_t random = test_seed();
     uint8_t out[SIDE];
-
     make(&in, SIDE, &random);
     begin(SIDE, SIDE);
     for (int sweep = 0; sweep < 4; sweep++)
@@ -220,7 +212,6 @@ TEST(causal_in_a_sector_uses_only_tiles_that_were_seen)
 TEST(causal_with_fewer_rows_than_tiles)
 {
     uint8_t in[3] = {10, 20, 30}, out[3];
-
     begin(1, 3);
     for (int i = 0; i < 3; i++)
         clahe_causal_row(&causal, 0, false, in, out);

@@ -21,7 +21,6 @@ static void *memory;
 static void set_up(const struct cleanup_conf *conf)
 {
     struct fault fault = {""};
-
     free(memory);
     memory = aligned_alloc(64, (cleanup_size(conf, MAX_BINS) + 63) / 64 * 64);
     cleanup = memory ? cleanup_init(memory, conf, &mount_identity, MAX_BINS, &fault) : NULL;
@@ -87,7 +86,6 @@ static uint8_t less_background(const struct shot *s, int64_t i)
 static void slow_median(int k, int first, int i, int last)
 {
     const struct shot *s = &shots[i];
-
     for (int64_t x = 0; x < s->ping.n_bins; x++) {
         uint8_t v[25];
         size_t c = 0;
@@ -121,7 +119,6 @@ static void slow_cut(int first, int i)
 {
     uint64_t count[256];
     uint8_t t = 0;
-
     slow_histogram(smooth_of, first, i, count);
     const bool found = otsu_two(count, &t);
     for (uint32_t x = 0; x < MAX_BINS; x++)
@@ -132,7 +129,6 @@ static int slow_lowest(int first, int i)
 {
     uint64_t count[256];
     uint8_t t[2];
-
     slow_histogram(cut_of, first, i, count);
     return otsu_three(count, t) ? t[0] : otsu_two(count, t) ? t[0] : -1;
 }
@@ -142,7 +138,6 @@ static void make_shots(uint64_t *random)
 {
     int way = 1;
     uint32_t units = 5;
-
     for (uint32_t i = 0; i < PINGS; i++) {
         struct shot *s = &shots[i];
         shot_init(s, i + 1, units, 33);
@@ -164,7 +159,6 @@ static void compare(unsigned k, uint64_t *random)
 {
     const int delay = (int)k / 2;
     int out = 0;
-
     set_up(&(struct cleanup_conf){.median = k, .otsu = true, .classes = true, .clip = 2});
     make_shots(random);
     for (int i = 0; i < PINGS; i++) {
@@ -203,7 +197,6 @@ static void compare(unsigned k, uint64_t *random)
 TEST(beam_by_beam_equals_the_slow_chain)
 {
     uint64_t random = test_seed();
-
     for (unsigned round = 0; round < 3; round++) {
         compare(0, &random);
         compare(3, &random);
@@ -217,7 +210,6 @@ static int drained(void)
 {
     struct extract_aid aid;
     int n = 0;
-
     while (cleanup_next(cleanup, &aid))
         n++;
     return n;
@@ -283,7 +275,6 @@ TEST(another_range_lets_the_old_beams_go_and_mixes_nothing)
 {
     struct extract_aid aid;
     struct shot s;
-
     set_up(&(struct cleanup_conf){.median = 5, .otsu = true, .classes = true, .clip = 2});
     for (uint32_t u = 0; u < 10; u++) {
         shot_init(&s, u + 1, u, 40);
@@ -315,7 +306,6 @@ TEST(survivors_are_of_the_image_that_the_ping_is_of)
     struct extract_aid aid;
     struct cleanup_state state;
     struct shot s;
-
     memset(all, 1, sizeof all);
     set_up(&(struct cleanup_conf){.median = 5, .classes = true, .survivors = true, .clip = 2});
     for (uint32_t u = 0; u < 10; u++) {
@@ -344,7 +334,6 @@ TEST(survivors_are_of_the_image_that_the_ping_is_of)
 TEST(pings_that_are_no_image_pass_after_those_that_wait)
 {
     static uint8_t many[4 * MAX_BINS];
-
     for (int what = 0; what < 6; what++) {
         struct shot s;
         set_up(&(struct cleanup_conf){.median = 3, .clip = 2});
@@ -414,7 +403,6 @@ TEST(an_image_without_contrast_is_kept)
 {
     struct extract_aid aid;
     struct cleanup_state state;
-
     set_up(&(struct cleanup_conf){.otsu = true, .classes = true, .clip = 2});
     for (uint32_t u = 0; u < 10; u++) {
         struct shot s;
@@ -433,7 +421,6 @@ TEST(an_image_without_contrast_is_kept)
 TEST(otsu_alone_rules_out_what_it_took_away)
 {
     struct extract_aid aid;
-
     set_up(&(struct cleanup_conf){.otsu = true, .clip = 2});
     for (uint32_t u = 0; u < 5; u++) {
         struct shot s;
@@ -469,7 +456,6 @@ TEST(two_counts_make_a_lowest_class)
 {
     struct extract_aid aid;
     struct shot s;
-
     set_up(&(struct cleanup_conf){.classes = true, .clip = 2});
     shot_init(&s, 1, 0, 20);
     memset(s.bin, 20, 20);

@@ -129,7 +129,6 @@ static FILE *picture(const char *scene, const char *chain, const char *what, uin
 {
     const char *folder = getenv("SONARD_PICTURES");
     char path[256];
-
     if (!folder)
         return NULL;
     snprintf(path, sizeof path, "%s/%s-%s-%s.pgm", folder, scene, chain, what);
@@ -182,7 +181,6 @@ static struct extract *extract_in(unsigned char *memory, enum extract_order orde
 {
     struct extract_conf conf;
     struct fault fault = {""};
-
     extract_defaults(&conf);
     conf.order = order;
     struct extract *extract = extract_init(memory, &conf, MAX_BINS, &fault);
@@ -243,7 +241,6 @@ static struct score run(const struct scene *s, const struct chain *chain, FILE *
 static void run_scene(const struct scene *s)
 {
     FILE *file = fopen(s->path, "r");
-
     if (!file) {
         printf("skip recording_%s: no %s\n", s->name, s->path);
         return;
@@ -279,7 +276,6 @@ static void run_alone(const struct scene *s)
     double bearing_deg;
     struct fault fault = {""};
     int with = 0, lost = 0, freed = 0;
-
     while (file && ping.seq < MAX_PINGS && read_ping(file, s, &ping, &bearing_deg)) {
         struct cleanup *c = cleanup_init(memory, &all, &mount_identity, MAX_BINS, &fault);
         struct beam_echoes found[2];

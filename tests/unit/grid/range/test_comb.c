@@ -44,7 +44,6 @@ static void ping(const struct scene *s, float echo_m, struct tally *n)
     float near_m[4];
     bool pulse[4];
     unsigned echoes = 0;
-
     t_s += s->interval_s - s->late_s * log(test_uniform(&seed) + 1e-9);
     comb_ping(&comb, (uint64_t)((t_s + between(0.0, s->dated_s)) * 1e9));
     if (s->period_s > 0.0)
@@ -83,7 +82,6 @@ static double off_by(double time_s, double period_s)
 TEST(pulses_are_known_by_their_timing)
 {
     struct tally sum = {0};
-
     seed = test_seed();
     for (int k = 0; k < 60; k++) {
         struct scene s = {
@@ -109,7 +107,6 @@ TEST(pulses_are_known_by_their_timing)
 TEST(what_comes_at_any_time_is_no_comb)
 {
     struct tally n = {0};
-
     seed = test_seed();
     for (int k = 0; k < 20; k++) {
         struct scene s = {.late_s = between(0.0, 0.002), .range_m = between(2.0, 50.0)};
@@ -125,7 +122,6 @@ TEST(what_comes_at_any_time_is_no_comb)
 TEST(fixed_ranges_are_no_comb)
 {
     struct tally n = {0};
-
     seed = test_seed();
     for (int k = 0; k < 40; k++) {
         const double rings = between(1.0, 4.0), spread_m = between(0.0, 0.5);
@@ -145,7 +141,6 @@ TEST(fixed_ranges_are_no_comb)
 TEST(a_wall_is_no_comb)
 {
     struct tally n = {0};
-
     seed = test_seed();
     for (int k = 0; k < 40; k++) {
         const double distance_m = between(1.0, 10.0), step = between(0.01, 0.07);
@@ -190,7 +185,6 @@ TEST(a_period_is_not_trusted_for_longer_than_it_was_seen)
     const struct scene s = {.range_m = 20.0, .interval_s = 0.0937, .late_s = 0.001, .period_s = 0.07};
     struct scene quiet = s;
     struct tally n = {0};
-
     quiet.range_m = 0.0;
     seed = test_seed();
     for (int longer = 0; longer < 2; longer++) {
@@ -212,7 +206,6 @@ TEST(what_no_longer_keeps_time_is_forgotten)
 {
     struct scene s = {.range_m = 30.0, .interval_s = 0.0937, .late_s = 0.001, .period_s = 0.07};
     struct tally n = {0};
-
     seed = test_seed();
     begin();
     for (int i = 0; i < 100; i++)
@@ -233,7 +226,6 @@ TEST(pieces_of_a_pulse_are_due_with_it)
 {
     const struct scene s = {.range_m = 40.0, .interval_s = 0.0937, .period_s = 0.07};
     unsigned pulses = 0, due = 0, apart_due = 0;
-
     seed = test_seed();
     begin();
     for (int i = 0; i < 300; i++) {

@@ -25,7 +25,6 @@ static struct echoes out;
 static void set_up(void)
 {
     struct fault fault = {""};
-
     extract = extract_size(MAX_BINS) <= sizeof memory ? extract_init(memory, &conf, MAX_BINS, &fault) : NULL;
     if (!extract) {
         printf("extract_init: %s\n", fault.text);
@@ -74,7 +73,6 @@ static const struct scene open_water = {.floor = 20, .ring_down_m = 0.3};
 static double scene_power(const struct scene *s, double r_m)
 {
     double power = pow(s->floor, 4);
-
     if (s->ring_down_m > 0.0)
         power += pow(255.0, 4) * fmin(1.0, pow(10.0, -6.0 * (r_m / s->ring_down_m - 0.4)));
     for (int w = 0; w < s->walls; w++)
@@ -126,7 +124,6 @@ TEST(a_wall_is_found_through_speckle)
 {
     uint64_t seed = test_seed();
     int good = 0, short_of_wall = 0, past_wall = 0;
-
     begin();
     for (int k = 0; k < 400; k++) {
         const double wall_m = 0.8 + 8.0 * test_uniform(&seed);
@@ -147,7 +144,6 @@ TEST(empty_water_is_silent)
 {
     uint64_t seed = test_seed();
     int echoes = 0;
-
     begin();
     for (int k = 0; k < 400; k++) {
         render(&open_water, &seed);
@@ -160,7 +156,6 @@ TEST(empty_water_is_silent)
 TEST(every_detector_finds_the_wall)
 {
     const struct scene scene = {20, 0.3, {5.0}, 150, 1};
-
     for (int d = CFAR_CA; d <= CFAR_OS; d++) {
         begin();
         conf.detector = (enum cfar_detector)d;
@@ -174,7 +169,6 @@ TEST(every_detector_finds_the_wall)
 TEST(echoes_come_in_order_of_range_and_at_most_four)
 {
     const struct scene scene = {20, 0.3, {1.5, 2.5, 4.0, 5.5, 7.0, 8.5}, 150, 6};
-
     begin();
     render(&scene, NULL);
     const struct beam_echoes *b = run();
@@ -187,7 +181,6 @@ TEST(echoes_come_in_order_of_range_and_at_most_four)
 TEST(every_law_and_sample_size_finds_the_same_wall)
 {
     const struct scene scene = {20, 0.3, {5.0}, 200, 1};
-
     for (int law = AMPLITUDE_LINEAR; law <= AMPLITUDE_LOG; law++)
         for (uint8_t size = 1; size <= 2; size++) {
             begin();
@@ -245,7 +238,6 @@ TEST(a_peak_of_raised_noise_is_no_echo)
 TEST(noise_that_saturates_is_no_wall)
 {
     const struct scene loud_water = {.floor = 170, .ring_down_m = 0.3};
-
     begin();
     know(&loud_water);
     memset(bytes + 400, 255, 3);
@@ -389,7 +381,6 @@ TEST(even_water_is_no_ringing)
 static void hear_near_wall_at_limit(int limit, int first, int bins, uint64_t *seed)
 {
     const struct scene quick = {.floor = 20, .ring_down_m = 0.1};
-
     begin();
     conf.no_echo = EXTRACT_RANGE;
     set_up();
@@ -408,7 +399,6 @@ static void hear_near_wall_at_limit(int limit, int first, int bins, uint64_t *se
 TEST(a_near_wall_at_the_limit_frees_nothing_behind_it)
 {
     uint64_t seed = test_seed();
-
     for (int limit = 150; limit <= 255; limit += 35)
         for (int first = 8; first <= 20; first += 4)
             for (int bins = 10; bins <= 80; bins *= 2) {
@@ -429,7 +419,6 @@ TEST(a_near_wall_at_the_limit_frees_nothing_behind_it)
 static void hear_flat_echo(enum cfar_detector detector, double wall_m, double long_m, int level, uint64_t *seed)
 {
     const struct scene quick = {.floor = 20, .ring_down_m = 0.2};
-
     begin();
     conf.detector = detector;
     set_up();
@@ -447,7 +436,6 @@ TEST(a_long_flat_echo_begins_where_it_rises)
 {
     static const double wall_m[] = {0.45, 0.6, 0.7, 0.95, 3.0}, long_m[] = {0.1, 0.24, 0.36, 0.7};
     uint64_t seed = test_seed();
-
     for (enum cfar_detector detector = CFAR_CA; detector <= CFAR_OS; detector++)
         for (int speckled = 0; speckled < 2; speckled++)
             for (int level = 90; level <= 240; level += 50)
@@ -470,7 +458,6 @@ TEST(a_long_flat_echo_begins_where_it_rises)
 TEST(an_edge_near_the_head_is_found_at_long_range)
 {
     uint64_t seed = test_seed();
-
     begin();
     ping.dr_m = 0.05f;
     ping.pulse_m = 0.25f;
@@ -877,7 +864,6 @@ TEST(what_is_not_heard_is_blind)
                                        "dr 0",          "dr negative",    "dr NaN",      "pulse NaN",
                                        "r0 infinite",   "3 sample bytes", "law unknown", "log without dB",
                                        "too many bins", "dr absurd"};
-
     for (int k = 0; k < 14; k++) {
         const struct scene scene = {20, 0.3, {5.0}, 150, 1};
         begin();
@@ -940,7 +926,6 @@ TEST(what_is_not_heard_is_blind)
 TEST(header_and_beams_are_copied)
 {
     const struct scene scene = {20, 0.3, {5.0}, 150, 1};
-
     begin();
     render(&scene, NULL);
     memcpy(bytes + 2 * 1000, bytes, 1000); /* beams 0 and 2 see the wall, 1 hears nothing at all, 3 has no room */
@@ -1299,7 +1284,6 @@ TEST(settings_may_change_between_pings)
 TEST(any_samples_give_sane_echoes)
 {
     uint64_t seed = test_seed();
-
     begin();
     for (int k = 0; k < 20000 && !test_case_failed; k++) {
         if (k % 50 == 0) {
@@ -1351,7 +1335,6 @@ TEST(wrong_configurations_are_refused)
     static const char *const key[] = {"detector",      "false_alarm", "window",       "guard",
                                       "rank",          "floor",       "min_contrast", "no_echo",
                                       "minimum_range", "ring_down",   "amplitude",    "decibels_per_count"};
-
     for (int k = 0; k < 12; k++) {
         struct fault fault = {""};
         extract_defaults(&conf);

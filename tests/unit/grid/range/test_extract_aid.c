@@ -165,7 +165,6 @@ TEST(a_mask_over_the_ring_down_may_reach_a_little_farther)
 TEST(the_lowest_class_is_no_echo_and_no_free_water)
 {
     struct extract_aid aid = {.clean = clean, .lowest = 40};
-
     begin();
     wall(counts, 2.0, 120);
     wall(counts, 5.0, 200);
@@ -184,7 +183,6 @@ TEST(the_lowest_class_is_no_echo_and_no_free_water)
 TEST(the_papers_order_looks_at_the_cleaned_image)
 {
     const struct extract_aid aid = {.clean = clean, .lowest = -1};
-
     begin();
     conf.order = EXTRACT_PAPER;
     set_up();
@@ -198,7 +196,6 @@ TEST(the_papers_order_looks_at_the_cleaned_image)
 TEST(the_papers_order_keeps_the_class_step)
 {
     struct extract_aid aid = {.clean = clean, .lowest = 40};
-
     begin();
     conf.order = EXTRACT_PAPER;
     set_up();
@@ -272,7 +269,6 @@ static int count_over(double alpha)
 TEST(at_the_end_of_a_beam_the_factor_is_that_of_one_side)
 {
     double both = 0.0, one = 0.0;
-
     begin();
     conf.min_contrast_db = 0;
     conf.floor_counts = 0;
@@ -411,7 +407,6 @@ TEST(a_part_that_rings_as_its_template_says_hides_nothing_more)
 {
     static uint8_t own[BINS];
     const struct extract_aid promised = {.blind = blind, .own = own, .lowest = -1};
-
     water(own, 0);
     rod(own, 1.0);
     CHECK_NEAR(free_past_rod(&masked, 1.0, 4.0), 0.0, 0, 0);
@@ -427,7 +422,6 @@ TEST(a_part_that_rings_as_its_template_says_hides_nothing_more)
 TEST(the_reference_is_the_prior_or_what_the_echoes_say)
 {
     struct extract_reference r;
-
     begin();
     CHECK(!extract_reference(extract, &r) && r.counts == 0);
     run(NULL);
@@ -472,7 +466,6 @@ TEST(usual_is_the_lower_median_of_the_last_pings)
 {
     uint64_t seed = test_seed(), all[500], got;
     struct usual u;
-
     usual_init(&u, 64, 4);
     for (uint32_t n = 0; n < 500; n++) {
         uint32_t below = 0, not_above = 0, held = n < 64 ? n : 64;

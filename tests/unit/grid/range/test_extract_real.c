@@ -21,7 +21,6 @@ static const struct wall box[] = {{"side A", 0.261, 94.8}, {"side B", 0.294, 273
 static int box_wall(double bearing_deg, double *range_m)
 {
     int nearest = 0;
-
     *range_m = INFINITY;
     for (int w = 0; w < 3; w++) {
         const double c = cos(geo_rad(bearing_deg - box[w].normal_deg));
@@ -48,7 +47,6 @@ static struct box_score box_run(const struct head *head)
     struct box_score score = {.blind_min_m = INFINITY};
     struct shot shot;
     FILE *file = fopen("tests/replay/box.csv", "r");
-
     if (!file) {
         printf("tests/replay/box.csv: missing\n");
         exit(1);
@@ -95,7 +93,6 @@ static void box_print(const char *what, const struct box_score *s)
 TEST(box_with_defaults)
 {
     struct extract_conf conf;
-
     extract_defaults(&conf);
     set_up(&conf);
     const struct box_score s = box_run(&ping360);
@@ -159,7 +156,6 @@ TEST(box_with_neighbouring_settings)
 TEST(box_without_the_right_law_or_contrast)
 {
     struct extract_conf conf;
-
     extract_defaults(&conf);
     conf.min_contrast_db = 0.0;
     set_up(&conf);
@@ -225,7 +221,6 @@ TEST(box_noise_fits_the_square_root_law)
 TEST(box_contrast_has_room_on_both_sides)
 {
     static const double contrast_db[] = {0, 10, 12, 13, 14, 15, 16, 17, 18};
-
     for (int k = 0; k < 9; k++) {
         struct extract_conf conf;
         char name[32];
@@ -245,7 +240,6 @@ TEST(box_contrast_has_room_on_both_sides)
 TEST(box_with_every_detector)
 {
     static const char *const name[] = {"ca", "goca", "soca", "os"};
-
     for (int d = CFAR_CA; d <= CFAR_OS; d++) {
         struct extract_conf conf;
         extract_defaults(&conf);
@@ -267,7 +261,6 @@ TEST(box_with_every_detector)
 static int echoes_within(const struct look *look, const struct wall *wall, double limit_m, int *behind)
 {
     int n = 0;
-
     *behind = 0;
     for (int i = 0; i < look->n; i++) {
         const struct beam_echoes *b = &look->found[i];
@@ -290,7 +283,6 @@ static int read_looks(const struct wall *wall, double half_width_deg, struct loo
     struct extract_conf conf;
     struct shot shot;
     int n = 0, last = -PAUSE - 1;
-
     extract_defaults(&conf);
     set_up(&conf);
     for (int ping = 0; shot_read(file, &shot); ping++) {
@@ -321,7 +313,6 @@ TEST(micron_tank_walls)
     static const struct wall wall[] = {{"W", 2.21, 264}, {"S", 3.98, 175}};
     static const double half_width_deg[] = {36, 19.8};
     static const int least[] = {112, 42}, least_beams[] = {112, 44}, looks[] = {3, 2};
-
     for (int w = 0; w < 2; w++) {
         static struct look look[LOOKS];
         int beams = 0, within = 0;
@@ -356,7 +347,6 @@ TEST(micron_tank_wall_beside_the_head)
     struct extract_conf conf;
     struct shot shot;
     int beams = 0, claims = 0, others = 0, other_claims = 0;
-
     extract_defaults(&conf);
     set_up(&conf);
     while (shot_read(file, &shot)) {
@@ -383,7 +373,6 @@ TEST(near_field_raised_floor)
     struct extract_conf conf;
     struct shot shot;
     int ping = 0, reflector = 0, blind = 0;
-
     extract_defaults(&conf);
     set_up(&conf);
     for (; shot_read(file, &shot); ping++) {
@@ -412,7 +401,6 @@ TEST(open_water_far_half)
     struct extract_conf conf;
     struct shot shot;
     int pings = 0, first_far = 0, any_far = 0, stray = 0;
-
     extract_defaults(&conf);
     set_up(&conf);
     for (; shot_read(file, &shot); pings++) {
@@ -437,7 +425,6 @@ TEST(open_water_far_half)
 static int is_there_again(const struct shot *shots, int n, int at)
 {
     const double range_m = first_m(&shots[at]);
-
     for (int i = at + 1; i < n; i++) {
         if (i - at < 20 || fabs(turned(shots[i].bearing_deg, shots[at].bearing_deg)) > 0.95)
             continue;

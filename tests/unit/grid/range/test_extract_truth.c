@@ -44,7 +44,6 @@ static double ratio(double db)
 static double scatter(const struct water *w, double r_m)
 {
     double power = ratio(w->reverb_db) / fmax(r_m * r_m * r_m, 0.05);
-
     power += r_m < 0.25 ? ratio(70.0 - 250.0 * r_m) : 0.0; /* the ring-down */
     if (w->wall_m > 0.0 && r_m >= w->wall_m)
         power += ratio(w->wall_db - 6.0) * exp(-(r_m - w->wall_m) / 0.03);
@@ -102,7 +101,6 @@ static struct beam_echoes hear_late(const struct water *w, double late_m, uint64
                               .beam = &axis,
                               .samples = counts};
     struct echoes out = {.max_beams = 1, .beam = &found};
-
     render(w, seed, counts);
     extract_run(extract, &ping, NULL, &out);
     return found;
@@ -147,7 +145,6 @@ static struct score score_of(const struct extract_conf *conf, uint64_t seed)
     static double error[BEAMS];
     struct score s = {.walls = BEAMS};
     double square = 0.0;
-
     const double least = free_water_detectable(AMPLITUDE_SQRT, 0.0, 0.0);
     struct water none = {0};
     for (int k = 0; k < BEAMS; k++) {
@@ -186,7 +183,6 @@ TEST(every_detector_against_the_truth)
 {
     static const char *const name[] = {"ca", "goca", "soca", "os"};
     const uint64_t seed = test_seed();
-
     for (int d = CFAR_CA; d <= CFAR_OS; d++) {
         struct extract_conf conf;
         extract_defaults(&conf);
@@ -213,7 +209,6 @@ TEST(errors_are_as_large_as_the_deviation_says)
     uint64_t seed = test_seed();
     int found = 0, within[3] = {0};
     struct extract_conf conf;
-
     extract_defaults(&conf);
     set_up(&conf);
     for (int k = 0; k < 2 * BEAMS; k++) {

@@ -19,7 +19,6 @@ static struct extract *taken_as(int law)
     struct extract_conf conf;
     struct fault fault = {""};
     struct extract *extract;
-
     extract_defaults(&conf);
     conf.law = law;
     conf.db_per_count = 80.0 / 255.0;
@@ -44,7 +43,6 @@ static void feed(struct extract *extract, const uint8_t *counts, uint32_t n, dou
                               .beam = &axis,
                               .samples = (void *)counts};
     struct echoes out = {.max_beams = 1, .beam = &found};
-
     extract_run(extract, &ping, NULL, &out);
 }
 
@@ -52,7 +50,6 @@ static void feed(struct extract *extract, const uint8_t *counts, uint32_t n, dou
 static double speckle(uint64_t *seed)
 {
     double power = 0.0;
-
     for (int look = 0; look < 4; look++)
         power -= log(1.0 - test_uniform(seed)) / 4.0;
     return power;
@@ -116,7 +113,6 @@ static bool feed_line(struct extract *extract, FILE *file, double pulse_m)
     static char line[1 << 16];
     static uint8_t counts[2000];
     char *at = line;
-
     do {
         if (!fgets(line, sizeof line, file))
             return false;
@@ -137,7 +133,6 @@ static enum law_doubt doubt_of(const struct recording *r, int law)
     struct extract *extract = taken_as(law);
     FILE *file = fopen(r->path, "r");
     enum law_doubt doubt = LAW_FITS;
-
     while (file && feed_line(extract, file, r->pulse_m))
         if (extract_law_doubt(extract) != LAW_FITS) /* even for a while */
             doubt = extract_law_doubt(extract);

@@ -38,7 +38,6 @@ static const struct beam_echoes *look(double az_deg, double a_m, double b_m)
                           .pose = pose,
                           .beam = &beam};
     const double range_m[] = {a_m, b_m};
-
     beam = (struct beam_echoes){
         .az_rad = (float)geo_rad(az_deg), .heard_from_m = 0.3f, .heard_to_m = reach_m, .state = BEAM_SILENT};
     for (int i = 0; i < 2 && range_m[i] > 0.0; i++) {
@@ -248,7 +247,6 @@ static void pulses_and_a_wall(unsigned pulse[2], unsigned wall[2])
 {
     uint64_t seed = test_seed();
     double other_s = 0.0;
-
     for (int i = 0; i < 1200; i++) {
         const double az_deg = i % 200 * STEP_DEG;
         t_ns += (uint64_t)(3e6 * test_uniform(&seed));
@@ -272,7 +270,6 @@ static void pulses_and_a_wall(unsigned pulse[2], unsigned wall[2])
 TEST(what_comes_when_a_pulse_is_due_is_none_of_the_water_be_it_shown_twice)
 {
     unsigned pulse[2] = {0}, wall[2] = {0};
-
     begin();
     pulses_and_a_wall(pulse, wall);
     printf("# %u of %u pulses block, %u of %u beams of the wall\n", pulse[1], pulse[0], wall[1], wall[0]);
@@ -294,7 +291,6 @@ static const struct beam_echoes *look_after(double wait_s, double az_deg, double
 TEST(a_pile_is_not_lost_among_pulses)
 {
     uint64_t seed = test_seed();
-
     for (int k = 0; k < 120; k++) {
         const double period_s = 0.06 + 0.04 * test_uniform(&seed);
         const double periods = k % 2 ? 1 + k % 3 : 1.0 + 2.0 * test_uniform(&seed);
@@ -332,7 +328,6 @@ TEST(any_echoes_are_taken)
 {
     static struct beam_echoes many[64];
     uint64_t seed = test_seed();
-
     begin();
     for (int k = 0; k < 3000; k++) {
         struct echoes ping = {.t_ns = test_random(&seed) % 3 ? t_ns += 1000000 : test_random(&seed),

@@ -18,7 +18,6 @@ static _Alignas(16) uint8_t work[8192];
 static uint32_t read_hex(const char *text, uint8_t *to)
 {
     uint32_t n = 0;
-
     for (; text[2 * n] && text[2 * n + 1]; n++) {
         const char digits[3] = {text[2 * n], text[2 * n + 1], '\0'};
         to[n] = (uint8_t)strtoul(digits, NULL, 16);
@@ -29,7 +28,6 @@ static uint32_t read_hex(const char *text, uint8_t *to)
 static void check_image(const struct image *image, unsigned k, bool wrap, const char *name)
 {
     uint8_t got[MAX_BINS];
-
     for (uint32_t y = 0; y < image->rows; y++) {
         struct median_row row[MEDIAN_MAX_SIZE];
         for (unsigned r = 0; r < k; r++) {
@@ -52,7 +50,6 @@ TEST(images_equal_the_table)
     char name[32] = "";
     long number = -1, k = 0, wrap = 0;
     int images = 0;
-
     for (bool more = true; more;) {
         more = table_next(&t);
         if (image.rows && (!more || table_int(&t, 0) != number || table_int(&t, 4) == 0)) {
@@ -84,7 +81,6 @@ static uint8_t sorted_median(unsigned k, const struct median_row *row, uint32_t 
 {
     uint8_t v[25];
     size_t c = 0;
-
     for (unsigned r = 0; r < k; r++)
         for (int64_t x = (int64_t)at - k / 2; row[r].bin && x <= (int64_t)at + k / 2; x++) {
             /* edges of the middle row first, then where that bin of it lies in the other row */
@@ -101,7 +97,6 @@ TEST(random_rows_missing_and_shifted_equal_sorting)
     uint64_t random = test_seed();
     static uint8_t bin[5][MAX_BINS];
     uint8_t got[MAX_BINS];
-
     for (int round = 0; round < 4000; round++) {
         const unsigned k = round & 1 ? 5 : 3;
         const uint32_t n = 1 + (uint32_t)(test_random(&random) % (round % 3 ? 20 : MAX_BINS));
@@ -133,7 +128,6 @@ TEST(a_single_spike_disappears_and_a_wall_stays)
 {
     uint8_t row[5][40] = {{0}}, out[40];
     struct median_row rows[5];
-
     for (unsigned k = 3; k <= 5; k += 2) {
         memset(row, 10, sizeof row);
         row[k / 2][20] = 250;
@@ -153,7 +147,6 @@ TEST(an_image_of_one_beam_is_filtered_along_the_beam)
     const uint8_t bin[6] = {9, 1, 8, 2, 7, 3}, want[6] = {9, 8, 2, 7, 3, 3};
     struct median_row rows[3] = {{0}, {.bin = bin}, {0}};
     uint8_t out[6];
-
     median_filter(3, rows, 6, work, out);
     CHECK(memcmp(out, want, 6) == 0);
 }

@@ -18,7 +18,6 @@ static int n_cases;
 static void read_histograms(void)
 {
     struct table t = table_open("tests/oracles/otsu_hist.csv");
-
     while (table_next(&t)) {
         const long k = table_int(&t, 0);
         if (t.field[2][0])
@@ -29,7 +28,6 @@ static void read_histograms(void)
 TEST(two_classes_equal_the_table)
 {
     struct table t = table_open("tests/oracles/otsu.csv");
-
     while (table_next(&t)) {
         const long k = table_int(&t, 0);
         uint8_t got = 0;
@@ -47,7 +45,6 @@ TEST(two_classes_equal_the_table)
 TEST(three_classes_equal_the_table)
 {
     struct table t = table_open("tests/oracles/multiotsu3.csv");
-
     while (table_next(&t)) {
         const long k = table_int(&t, 0);
         uint8_t got[2] = {0, 0};
@@ -88,7 +85,6 @@ struct sums {
 static struct sums sums_of(const uint64_t h[256], int from, int to)
 {
     struct sums x = {0, 0};
-
     for (int v = from; v < to; v++) {
         x.w += h[v];
         x.s += h[v] * (uint64_t)v;
@@ -106,7 +102,6 @@ static bool try_all(const uint64_t h[256], bool three, uint8_t best_t[2])
 {
     uint64_t best[2] = {0, 1};
     bool found = false;
-
     for (int t = 0; t < 255; t++)
         for (int u = three ? t + 1 : t; u < (three ? 255 : t + 1); u++) {
             const struct sums a = sums_of(h, 0, t + 1), c = sums_of(h, u + 1, 256);
@@ -129,7 +124,6 @@ static bool try_all(const uint64_t h[256], bool three, uint8_t best_t[2])
 TEST(random_histograms_equal_every_partition_tried)
 {
     uint64_t random = test_seed();
-
     for (int round = 0; round < 300; round++) {
         uint64_t h[256] = {0};
         const unsigned kinds = 1 + (unsigned)(test_random(&random) % 12);
@@ -152,7 +146,6 @@ TEST(histograms_without_a_threshold)
 {
     uint64_t h[256] = {0};
     uint8_t t[2] = {7, 8};
-
     CHECK(!otsu_two(h, t) && !otsu_three(h, t));
     h[9] = 5;
     CHECK(!otsu_two(h, t) && !otsu_three(h, t));
@@ -168,7 +161,6 @@ TEST(two_bins_and_adjacent_bins)
 {
     uint64_t far[256] = {[0] = 9999, [255] = 1}, near[256] = {[10] = 3, [11] = 7};
     uint8_t t;
-
     CHECK(otsu_two(far, &t) && t == 0);
     CHECK(otsu_two(near, &t) && t == 10);
 }
@@ -178,7 +170,6 @@ TEST(of_two_maxima_the_smaller_threshold)
 {
     uint64_t h[256] = {[0] = 4, [100] = 4, [200] = 4};
     uint8_t t;
-
     CHECK(otsu_two(h, &t));
     CHECK_INT(t, 0);
 }
@@ -188,7 +179,6 @@ TEST(a_million_zeros_are_weighed_as_zeros)
 {
     uint64_t h[256] = {[0] = 1000000, [40] = 300, [42] = 100, [200] = 250, [210] = 50};
     uint8_t t[2], want[2];
-
     CHECK(otsu_three(h, t) && try_all(h, true, want));
     CHECK_INT(t[0], want[0]);
     CHECK_INT(t[1], want[1]);

@@ -65,7 +65,6 @@ static struct beam_echoes *look(double az_deg, double a_m, double b_m)
                           .pose = pose,
                           .beam = &beam};
     const double range_m[] = {a_m, b_m};
-
     beam = (struct beam_echoes){.az_rad = (float)geo_rad(az_deg),
                                 .el_rad = (float)geo_rad(scene.el_deg),
                                 .heard_from_m = scene.from_m,
@@ -87,7 +86,6 @@ static double in_water_m(double az_deg)
 {
     const double off_deg = geo_deg(geo_wrap_pi(geo_rad(az_deg - scene.pile_deg)));
     const double abeam = cos(geo_rad(az_deg - 90.0));
-
     if (scene.pile_m > 0.0 && fabs(off_deg) < 3.0)
         return scene.pile_m;
     if (scene.wall_m > 0.0 && abeam > 0.3)
@@ -98,7 +96,6 @@ static double in_water_m(double az_deg)
 static double own_m(double az_deg)
 {
     const double into = (az_deg - scene.arc_deg[0]) / (scene.arc_deg[1] - scene.arc_deg[0]);
-
     return into >= 0.0 && into <= 1.0 ? scene.own_m + into * scene.slope_m : 0.0;
 }
 
@@ -106,7 +103,6 @@ static double own_m(double az_deg)
 static int turn(void)
 {
     int marked = 0;
-
     for (int i = 0; i < STEPS; i++) {
         const double az_deg = 360.0 * i / STEPS, water_m = in_water_m(az_deg + heading_deg());
         const double part_m = scene.own_m > 0.0 ? own_m(az_deg) : 0.0;
@@ -124,7 +120,6 @@ static int turn(void)
 static int turns(int n, double by_deg)
 {
     int marked = 0;
-
     for (int i = 0; i < n; i++) {
         face(heading_deg() + by_deg);
         marked = turn();
@@ -164,7 +159,6 @@ TEST(beside_a_vehicle_that_stands_still_nothing_is_learnt)
 TEST(without_a_pose_nothing_is_learnt_or_marked)
 {
     static const unsigned has[] = {0, POSE_ATTITUDE, POSE_POSITION, POSE_ATTITUDE | POSE_DEPTH};
-
     for (size_t i = 0; i < sizeof has / sizeof has[0]; i++) {
         begin();
         frame_astern();
@@ -225,7 +219,6 @@ TEST(a_pile_that_a_deaf_bearing_does_not_show_is_not_the_vehicles_own)
 static double scatter(void)
 {
     double sum = -6.0;
-
     for (int i = 0; i < 12; i++)
         sum += test_uniform(&seed);
     return sum;
@@ -235,7 +228,6 @@ static double scatter(void)
 TEST(a_pile_that_the_vehicle_goes_round_is_not_its_own_though_its_place_is_rough)
 {
     double off_m[2] = {0.0, 0.0};
-
     begin();
     seed = test_seed();
     scene.pile_m = 1.5;
@@ -451,7 +443,6 @@ TEST(parts_of_the_vehicle_are_near)
 TEST(an_echo_without_a_level_is_never_its_own)
 {
     static const float level[] = {0.0f, INFINITY}; /* of a range that the sonar picked; saturated */
-
     for (int i = 0; i < 2; i++) {
         begin();
         frame_astern();
@@ -540,7 +531,6 @@ static double in_room_m(double az_deg)
 {
     const double c = cos(geo_rad(az_deg)), s = sin(geo_rad(az_deg));
     double at_m = INFINITY;
-
     for (int k = 0; k < WALLS; k++) {
         const double n[2] = {cos(geo_rad(room.wall_deg[k])), sin(geo_rad(room.wall_deg[k]))};
         const double toward = n[0] * c + n[1] * s;
@@ -561,7 +551,6 @@ static double in_room_m(double az_deg)
 TEST(nothing_in_the_water_is_ever_its_own)
 {
     int marked = 0, shown = 0;
-
     begin();
     seed = test_seed();
     for (int n = 0; n < 60; n++) {
@@ -588,7 +577,6 @@ TEST(nothing_in_the_water_is_ever_its_own)
 TEST(any_echoes_are_taken_and_only_their_marks_change)
 {
     static struct beam_echoes many[64], before[64];
-
     begin();
     seed = test_seed();
     for (int k = 0; k < 3000; k++) {

@@ -183,7 +183,6 @@ TEST(finer_steps_than_rows_share_rows)
 TEST(random_angles_stay_inside)
 {
     uint64_t random = test_seed();
-
     polar_init(&polar);
     for (int i = 0; i < 200000; i++) {
         static const uint32_t turns[] = {0, 1, 2, 3, 400, 6400, 65536, UINT32_MAX};

@@ -128,7 +128,6 @@ TEST(sectors_of_the_tank_are_its_walls_and_none_is_clear_beyond_one)
 {
     static const struct wall wall[] = {{"W", 2.21, 264}, {"S", 3.98, 175}};
     static const double half_width_deg[] = {36, 19.8};
-
     for (int w = 0; w < 2; w++) {
         const struct score s = sectors_at(&wall[w], half_width_deg[w]);
         printf("# tank, wall %s: of %d sectors %d show the wall, %d are clear through it; on the way to it %d are "

@@ -53,7 +53,6 @@ static void run(int puts, int check_every, uint64_t *random)
     const uint32_t tiles_y = 1 + (uint32_t)(test_random(random) % (rows < 4 ? rows : 4));
     const uint32_t tiles_x = 1 + (uint32_t)(test_random(random) % (bins < 3 ? bins : 3));
     uint32_t row = 0;
-
     memset(&model, 0, sizeof model);
     memset(memory, 0x55, sizeof memory);
     turn_init(&t, memory, ROWS, BINS, TILES);
@@ -73,7 +72,6 @@ static void run(int puts, int check_every, uint64_t *random)
 TEST(histograms_equal_a_recount)
 {
     uint64_t random = test_seed();
-
     CHECK(turn_size(ROWS, BINS, TILES) <= sizeof memory);
     for (int round = 0; round < 40; round++)
         run(300, 1, &random);
@@ -84,7 +82,6 @@ TEST(histograms_equal_a_recount_after_many_rows)
 {
     uint64_t random = test_seed();
     const int puts = getenv("SONARD_LONG") ? 10000000 : 200000;
-
     run(puts, puts / 10, &random);
 }
 
@@ -93,7 +90,6 @@ TEST(a_row_not_seen_for_a_turn_and_a_half_is_forgotten)
     struct turn t;
     const uint8_t loud[4] = {9, 9, 9, 9}, still[4] = {0};
     uint64_t pixels;
-
     turn_init(&t, memory, ROWS, BINS, TILES);
     turn_begin(&t, 10, 4, 1, 1);
     turn_put(&t, 9, loud);

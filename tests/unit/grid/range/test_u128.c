@@ -8,7 +8,6 @@ static uint64_t some(uint64_t *random)
 {
     const unsigned bits = (unsigned)(test_random(random) % 65);
     const uint64_t kept = bits ? UINT64_MAX >> (64 - bits) : 0;
-
     switch (test_random(random) % 4) {
     case 0:
         return kept;
@@ -27,7 +26,6 @@ static bool same(struct u128 a, struct u128 b)
 TEST(known_numbers)
 {
     struct u128 rest;
-
     CHECK(same(u128_product(UINT64_MAX, UINT64_MAX), (struct u128){UINT64_MAX - 1, 1}));
     CHECK(same(u128_product(UINT64_C(1) << 40, UINT64_C(1) << 30), (struct u128){1 << 6, 0}));
     CHECK(same(u128_sum((struct u128){0, UINT64_MAX}, (struct u128){0, 1}), (struct u128){1, 0}));
@@ -46,7 +44,6 @@ TEST(known_numbers)
 TEST(quotient_times_divisor_and_rest_are_the_number)
 {
     uint64_t random = test_seed();
-
     for (int round = 0; round < 100000; round++) {
         const struct u128 a = {some(&random), some(&random)};
         struct u128 b = {some(&random), some(&random)}, rest;
@@ -74,7 +71,6 @@ static native native_of(struct u128 a)
 TEST(as_the_compiler_has_it)
 {
     uint64_t random = test_seed();
-
     for (int round = 0; round < 100000; round++) {
         const struct u128 a = {some(&random), some(&random)}, b = {some(&random), some(&random)};
         struct u128 rest;

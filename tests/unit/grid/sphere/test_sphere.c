@@ -394,7 +394,6 @@ TEST(a_marked_echo_blocks_until_the_next_look)
 TEST(an_unconfirmed_echo_blocks_once_a_second_one_shows_it)
 {
     static const uint8_t marks[] = {ECHO_BURST, ECHO_ALONE, ECHO_FAINT};
-
     for (int second = 0; second < 3; second++) {
         start(&usual);
         turn_of(0, 20);

@@ -126,7 +126,6 @@ TEST(V1_nothing_free_is_nothing_cast)
     struct cast_opening o = opening(CAST_WEDGE, 3, 35, 0);
     struct lattice_place apex = {{0}, {0.5, 0.5, 0.5}};
     struct cast_beam b;
-
     for (size_t r = 0; r < sizeof ranges / sizeof ranges[0]; r++)
         CHECK(!cast_aim(
             &b, &o,
@@ -147,7 +146,6 @@ TEST(V2_apertures)
     static const double rpy_deg[][3] = {{0, 0, 0},   {0, 0, 33}, {10, -8, 120},
                                         {90, 0, 45}, {0, 90, 0}, {0, 45, 10}};
     size_t cells = 0;
-
     for (size_t a = 0; a < sizeof az_deg / sizeof az_deg[0]; a++)
         for (size_t e = 0; e < sizeof el_deg / sizeof el_deg[0]; e++)
             for (size_t p = 0; p < sizeof rpy_deg / sizeof rpy_deg[0]; p++)
@@ -188,7 +186,6 @@ TEST(V3_along_the_axes_from_corners_edges_and_centres)
     static const double way[6][2] = {{0, 0}, {90, 0}, {180, 0}, {270, 0}, {0, 90}, {0, -90}};
     static const enum cast_shape shape[] = {CAST_WEDGE, CAST_PYRAMID, CAST_CONE};
     size_t cells = 0;
-
     for (int s = 0; s < 3; s++)
         for (int w = 0; w < 6; w++)
             for (int at = 0; at < 27; at++)

@@ -108,7 +108,6 @@ TEST(V4_counts_once_per_beam_and_stops_at_255)
     struct cast_opening o = opening(CAST_WEDGE, 20, 35, 0);
     struct cast_beam b = beam(&o, 30, 0, 3);
     unsigned most;
-
     submap_cast(&r->map, &b, SUBMAP_VACANCY);
     uint64_t cells = sum(&r->map, SUBMAP_VACANCY, &most);
     CHECK(cells > 500);
