@@ -14,6 +14,7 @@
 
 #include "core/fault.h"
 #include "tests/sim/lib/scene.h"
+#include "report/lib/asked.h"
 #include "report/lib/cost.h"
 #include "report/lib/dice.h"
 #include "report/lib/knob.h"
@@ -111,24 +112,24 @@ static double nearest_of(const struct scene *scene, double az_rad)
 static void ask(struct pipeline *pipeline, const struct conf *conf, const struct scene *scene, struct dice *dice,
                 struct tally *t)
 {
-    const struct answer_conf limits = scans_limits(conf);
-    const struct answer_now now = scans_now(pings[PINGS - 1].ping.t_ns);
+    const struct asking asking = {pipeline_picture(pipeline), scans_limits(conf),
+                                  scans_now(pings[PINGS - 1].ping.t_ns), asked_near_m()};
     for (int i = 0; i < QUESTIONS; i++) {
         const double az_rad = geo_rad(WITHIN_DEG) * (2 * dice_uniform(dice) - 1);
-        const struct answer_query q = {.az_rad = geo_wrap(az_rad),
-                                       .distance_m = 0.8 + 8 * dice_uniform(dice),
-                                       .half_angle_rad = geo_rad(CONE_DEG)};
+        const double distance_m = 0.8 + 8 * dice_uniform(dice);
+        const struct obstacles_query q = {
+            .line = {.az_rad = geo_wrap(az_rad), .distance_m = distance_m, .half_angle_rad = geo_rad(CONE_DEG)}};
         const double nearest_m = nearest_of(scene, az_rad);
         struct answer a;
-        answer_direction(pipeline_picture(pipeline), &limits, &now, &q, &a);
+        asked_of_pipeline(pipeline, &asking, &q, &a);
         t->surfaces += isfinite(nearest_m) != 0;
         t->behind += a.free_to_m > nearest_m + EDGE_M;
-        if (nearest_m < q.distance_m - EDGE_M) {
+        if (nearest_m < distance_m - EDGE_M) {
             t->in_way++;
             t->false_clear += a.state == ANSWER_CLEAR;
             if (a.state == ANSWER_BLOCKED)
                 t->range_m[t->n++] = fabs(a.range_m - nearest_m);
-        } else if (nearest_m > q.distance_m + EDGE_M) {
+        } else if (nearest_m > distance_m + EDGE_M) {
             t->open++;
             t->false_block += a.state == ANSWER_BLOCKED;
             t->unknown += a.state == ANSWER_UNKNOWN;

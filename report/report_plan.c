@@ -16,6 +16,7 @@
 #include <string.h>
 
 #include "daemon/plan_memory.h"
+#include "report/lib/asked.h"
 #include "report/lib/cost.h"
 #include "report/lib/knob.h"
 #include "report/lib/scans.h"
@@ -23,6 +24,7 @@
 #define SCANS       3
 #define ASK_EVERY   5 /* pings */
 #define SECTORS     72
+#define LOOK_M      3.0 /* look_ahead, as shipped */
 #define ANSWERS     (SCANS * SEA_BEAMS / ASK_EVERY)
 #define COUNT_BEAMS 10
 #define REPETITIONS 5
@@ -60,11 +62,12 @@ static void configure(const char *more, struct conf *conf)
 
 static void ask(struct pipeline *pipeline, const struct conf *conf, uint64_t t_ns, struct answer *sector)
 {
-    const struct answer_conf limits = scans_limits(conf);
-    const struct answer_now now = scans_now(t_ns);
+    const struct asking asking = {pipeline_picture(pipeline), scans_limits(conf), scans_now(t_ns), asked_near_m()};
+    const struct obstacles_query query = {
+        .around = true,
+        .band = {.lo_rad = geo_rad(-5), .hi_rad = geo_rad(5), .reach_m = LOOK_M, .count = SECTORS}};
     pipeline_drain(pipeline);
-    answer_sectors(pipeline_picture(pipeline), &limits, &now,
-                   &(struct answer_band){.lo_rad = geo_rad(-5), .hi_rad = geo_rad(5), .count = SECTORS}, sector);
+    asked_of_pipeline(pipeline, &asking, &query, sector);
 }
 
 /* The clean-up's held pings are behind; the sectors are those of what came out. */

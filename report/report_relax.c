@@ -17,9 +17,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "grid/answer/answer.h"
 #include "grid/ping.h"
 #include "grid/sphere/view.h"
+#include "report/lib/asked.h"
 #include "report/lib/basin.h"
 #include "report/lib/basin_grid.h"
 #include "report/lib/cost.h"
@@ -172,7 +172,7 @@ static double wall_near(double az_rad, double half_rad)
     return near_m;
 }
 
-static uint64_t wall_turn(struct sphere *grid, unsigned seed, unsigned turn)
+static uint64_t wall_turn(struct sphere *grid, struct store *store, unsigned seed, unsigned turn)
 {
     struct beam_echoes h;
     struct echoes e = {.beam = &h, .n_beams = 1, .max_beams = 1, .pose = pose_identity};
@@ -200,6 +200,7 @@ static uint64_t wall_turn(struct sphere *grid, unsigned seed, unsigned turn)
         e.az_aperture_rad = (float)(2 * HALF_BEAM);
         e.el_aperture_rad = (float)geo_rad(20);
         sphere_enter(grid, &e, &mount_identity);
+        store_enter(store, &e, &mount_identity);
     }
     return e.t_ns;
 }
@@ -209,22 +210,24 @@ struct misses {
 };
 
 /* Every direction on the horizon, by itself. */
-static void ask_wall(struct sphere *grid, uint64_t t_ns, struct misses *m)
+static void ask_wall(struct sphere *grid, const struct store *store, uint64_t t_ns, struct misses *m)
 {
-    static const struct answer_conf limits = {.clear_for_s = 30, .move_limit_m = 0.5};
-    const struct answer_now now = {.now_ns = t_ns, .pose_fresh = true, .pose = pose_identity};
+    const struct asking asking = {.picture = sphere_picture(grid),
+                                  .limits = {.clear_for_s = 30, .move_limit_m = 0.5},
+                                  .now = {.now_ns = t_ns, .pose_fresh = true, .pose = pose_identity},
+                                  .near_m = asked_near_m()};
     const struct rings *rings = sphere_picture(grid)->rings;
     const uint32_t ring = rings_ring(rings, rings_index(rings, 0, 1e-6));
     for (uint32_t d = rings->start[ring]; d < rings->start[ring + 1]; d++) {
-        struct answer_query q = {.distance_m = 7, .half_angle_rad = 1e-6};
+        struct obstacles_query q = {.line = {.distance_m = 7, .half_angle_rad = 1e-6}};
         struct answer a;
-        rings_centre(rings, d, &q.az_rad, &q.el_rad);
-        answer_direction(sphere_picture(grid), &limits, &now, &q, &a);
-        if (isfinite(wall_range(q.az_rad))) {
+        rings_centre(rings, d, &q.line.az_rad, &q.line.el_rad);
+        asked_of_store(&asking, store, &q, &a);
+        if (isfinite(wall_range(q.line.az_rad))) {
             m->held++;
             m->missed += a.state != ANSWER_BLOCKED;
             m->clear += a.state == ANSWER_CLEAR;
-        } else if (isinf(wall_near(q.az_rad, HALF_BEAM + MARGIN_RAD))) {
+        } else if (isinf(wall_near(q.line.az_rad, HALF_BEAM + MARGIN_RAD))) {
             m->empty++;
             m->false_block += a.state == ANSWER_BLOCKED;
             m->unknown += a.state == ANSWER_UNKNOWN;
@@ -241,13 +244,15 @@ static void walls(unsigned seeds)
         memset(all, 0, sizeof all);
         for (unsigned seed = 0; seed < seeds; seed++) {
             struct sphere *grid = grid_of(mu[m]);
+            struct store *store = asked_store();
             for (unsigned turn = 0; turn < TURNS; turn++) {
                 struct misses *a = &all[turn];
                 const unsigned held = a->held, missed = a->missed;
-                ask_wall(grid, wall_turn(grid, seed + 1, turn), a);
+                ask_wall(grid, store, wall_turn(grid, store, seed + 1, turn), a);
                 share[turn][seed] = (a->missed - missed) / fmax(a->held - held, 1);
             }
             free(grid);
+            free(store);
         }
         for (unsigned turn = 0; turn < TURNS; turn++) {
             const struct misses *a = &all[turn];

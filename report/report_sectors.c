@@ -14,7 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "grid/answer/verdict.h"
+#include "lib/asked.h"
 #include "lib/contest.h"
 #include "lib/drawn_sound.h"
 #include "lib/knob.h"
@@ -174,26 +174,18 @@ static void hear(struct pipeline *pipeline)
 
 static void ask(struct pipeline *pipeline, const struct conf *conf)
 {
-    const struct answer_conf limits = scans_limits(conf);
-    const struct answer_now now = {
-        .now_ns = sound.ping.t_in_ns, .pose_fresh = sound.world.posed, .pose = sound.ping.pose};
-    const struct obstacles_query query = {.around = true,
-                                          .band = {.lo_rad = -LEVEL_RAD,
-                                                   .hi_rad = LEVEL_RAD,
-                                                   .near_m = OWN_M,
-                                                   .reach_m = sound.world.range_m,
-                                                   .count = SECTORS}};
-    static struct verdict verdict;
-    struct records *records = pipeline_records(pipeline);
-    struct records_reading reading = {0};
-    records_open(records, &reading);
-    const struct verdict_evidence by = {pipeline_picture(pipeline), records->store, &reading.list, &limits, &now};
-    if (verdict_begin(&verdict, &by, &query, OWN_M))
-        while (verdict_step(&verdict))
-            ;
-    records_close(records, &reading);
+    static struct answer answers[SECTORS];
+    const struct asking asking = {
+        pipeline_picture(pipeline),
+        scans_limits(conf),
+        {.now_ns = sound.ping.t_in_ns, .pose_fresh = sound.world.posed, .pose = sound.ping.pose},
+        OWN_M};
+    const struct obstacles_query query = {
+        .around = true,
+        .band = {.lo_rad = -LEVEL_RAD, .hi_rad = LEVEL_RAD, .reach_m = sound.world.range_m, .count = SECTORS}};
+    asked_of_pipeline(pipeline, &asking, &query, answers);
     for (size_t i = 0; i < SECTORS; i++) {
-        const struct answer *a = verdict_of(&verdict, i);
+        const struct answer *a = &answers[i];
         said[CONTEST_SONARD][i] = (struct said){a->state, a->state == ANSWER_BLOCKED ? a->range_m : INFINITY,
                                                 a->free_to_m > a->blind_to_m ? a->free_to_m : 0.0};
     }

@@ -13,7 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "grid/answer/answer.h"
+#include "report/lib/asked.h"
 #include "report/lib/basin.h"
 #include "report/lib/basin_grid.h"
 #include "report/lib/cost.h"
@@ -73,28 +73,29 @@ struct tally {
     unsigned edges;
 };
 
-struct asking {
-    struct picture *picture;
-    struct answer_conf conf;
-    struct answer_now now;
+/* The grid and the records of the same pings, and who asks them. */
+struct seen {
+    struct sphere *grid;
+    struct store *store;
+    struct asking asking;
 };
 
-static struct answer ask(const struct asking *asking, double az_rad, double distance_m, double half_rad)
+static struct answer ask(const struct seen *seen, double az_rad, double distance_m, double half_rad)
 {
-    const struct answer_query q = {
-        .az_rad = geo_wrap(az_rad), .ned = true, .distance_m = distance_m, .half_angle_rad = half_rad};
+    const struct obstacles_query q = {
+        .line = {.az_rad = geo_wrap(az_rad), .ned = true, .distance_m = distance_m, .half_angle_rad = half_rad}};
     struct answer a;
-    answer_direction(asking->picture, &asking->conf, &asking->now, &q, &a);
+    asked_of_store(&seen->asking, seen->store, &q, &a);
     return a;
 }
 
-static void ask_around(const struct asking *asking, const struct basin *basin, const double place[2],
+static void ask_around(const struct seen *seen, const struct basin *basin, const double place[2],
                        struct dice *dice, struct tally *t)
 {
     for (int i = 0; i < QUESTIONS; i++) {
         const double az_rad = GEO_TURN * dice_uniform(dice), distance_m = 0.8 + 5 * dice_uniform(dice);
         const double nearest_m = basin_nearest(basin, place, az_rad, geo_rad(CONE_DEG));
-        const struct answer a = ask(asking, az_rad, distance_m, geo_rad(CONE_DEG));
+        const struct answer a = ask(seen, az_rad, distance_m, geo_rad(CONE_DEG));
         if (nearest_m < distance_m - EDGE_M) {
             t->in_way++;
             t->false_clear += a.state == ANSWER_CLEAR;
@@ -109,21 +110,19 @@ static void ask_around(const struct asking *asking, const struct basin *basin, c
 }
 
 /* How far from a post's true edge, on one side, its directions are still blocked at its range; at most 20 degrees. */
-static double beyond_edge(const struct asking *asking, double middle_rad, double half_rad, double range_m,
-                          int side)
+static double beyond_edge(const struct seen *seen, double middle_rad, double half_rad, double range_m, int side)
 {
     const double step = geo_rad(0.1);
     double beyond = 0;
     for (; beyond < geo_rad(20); beyond += step) {
-        const struct answer a = ask(asking, middle_rad + side * (half_rad + beyond), range_m + NEAR_POST_M, 1e-4);
+        const struct answer a = ask(seen, middle_rad + side * (half_rad + beyond), range_m + NEAR_POST_M, 1e-4);
         if (a.state != ANSWER_BLOCKED || fabs(a.range_m - range_m) > NEAR_POST_M)
             break;
     }
     return beyond;
 }
 
-static void ask_posts(const struct asking *asking, const struct basin *basin, const double place[2],
-                      struct tally *t)
+static void ask_posts(const struct seen *seen, const struct basin *basin, const double place[2], struct tally *t)
 {
     for (unsigned k = 0; k < BASIN_POSTS; k++) {
         const double x = basin->post[k][0] - place[0], y = basin->post[k][1] - place[1], r = sqrt(x * x + y * y);
@@ -131,19 +130,20 @@ static void ask_posts(const struct asking *asking, const struct basin *basin, co
         unsigned post;
         basin_range(basin, place, middle, &post);
         for (int side = -1; post == k && side <= 1; side += 2, t->edges++)
-            t->beyond_rad += beyond_edge(asking, middle, half, r - basin->radius_m, side);
+            t->beyond_rad += beyond_edge(seen, middle, half, r - basin->radius_m, side);
     }
 }
 
-static void drive(struct sphere *grid, const struct basin *basin, unsigned turn, struct asking *asking)
+static void drive(struct seen *seen, const struct basin *basin, unsigned turn)
 {
     struct beam_echoes heard;
     struct echoes e = {.beam = &heard};
     for (unsigned beam = 0; beam < BASIN_BEAMS; beam++) {
         basin_listen(basin, turn, beam, false, &e);
-        sphere_enter(grid, &e, &mount_identity);
+        sphere_enter(seen->grid, &e, &mount_identity);
+        store_enter(seen->store, &e, &mount_identity);
     }
-    asking->now = (struct answer_now){.now_ns = e.t_ns, .pose_fresh = true, .pose = e.pose};
+    seen->asking.now = (struct answer_now){.now_ns = e.t_ns, .pose_fresh = true, .pose = e.pose};
 }
 
 static void errors_of(const struct knob *setting, unsigned seed, unsigned turns)
@@ -152,7 +152,10 @@ static void errors_of(const struct knob *setting, unsigned seed, unsigned turns)
     struct conf conf;
     knob_conf(setting, &conf);
     struct sphere *grid = grid_of(setting);
-    struct asking asking = {.picture = sphere_picture(grid), .conf = scans_limits(&conf)};
+    struct seen seen = {
+        .grid = grid,
+        .store = asked_store(),
+        .asking = {.picture = sphere_picture(grid), .limits = scans_limits(&conf), .near_m = asked_near_m()}};
     struct dice dice = dice_of(seed, 2);
     struct sphere_stats stats;
     struct basin basin;
@@ -161,11 +164,12 @@ static void errors_of(const struct knob *setting, unsigned seed, unsigned turns)
     memset(&t, 0, sizeof t);
     basin_make(&basin, seed);
     for (unsigned turn = 0; turn < turns; turn++) {
-        drive(grid, &basin, turn, &asking);
+        drive(&seen, &basin, turn);
         basin_place(&basin, turn, place);
-        ask_around(&asking, &basin, place, &dice, &t);
-        ask_posts(&asking, &basin, place, &t);
+        ask_around(&seen, &basin, place, &dice, &t);
+        ask_posts(&seen, &basin, place, &t);
     }
+    free(seen.store);
     sphere_stats(grid, &stats);
     cost_sort(t.range_m, t.n_ranges);
     knob_print(setting);

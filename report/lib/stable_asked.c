@@ -5,9 +5,9 @@
 #include <stdlib.h>
 
 #include "core/fault.h"
-#include "grid/answer/answer.h"
 #include "grid/answer/limit.h"
 #include "tests/lib/ask_map.h"
+#include "asked.h"
 #include "dice.h"
 #include "stable.h"
 #include "stable_sphere.h"
@@ -20,36 +20,60 @@ static const struct sphere_conf usual = {.angular_step_rad = 2 * GEO_PI / 180,
                                          .recentre_m = 0.1};
 static const struct answer_conf limits = {.clear_for_s = 30, .move_limit_m = 0.5};
 
-static struct answer ask(struct stable_sphere *s, double az_deg, double el_deg, double distance_m, double half_deg)
+#define LATER_S 20
+
+static struct stable_sphere begin(void)
 {
-    const struct answer_now now = {.now_ns = s->t_ns, .pose_fresh = true, .pose = s->pose};
-    const struct answer_query q = {.az_rad = geo_rad(az_deg),
-                                   .el_rad = geo_rad(el_deg),
-                                   .distance_m = distance_m,
-                                   .half_angle_rad = geo_rad(half_deg)};
+    struct stable_sphere s = stable_sphere(&usual);
+    s.store = asked_store();
+    return s;
+}
+
+static void end(struct stable_sphere *s)
+{
+    free(s->store);
+    free(s->sphere);
+}
+
+static void ask_all(const struct stable_sphere *s, const struct obstacles_query *q, struct answer *parts)
+{
+    const struct asking asking = {sphere_picture(s->sphere),
+                                  limits,
+                                  {.now_ns = s->t_ns, .pose_fresh = true, .pose = s->pose},
+                                  asked_near_m()};
+    asked_of_store(&asking, s->store, q, parts);
+}
+
+static struct answer ask(const struct stable_sphere *s, double az_deg, double el_deg, double distance_m,
+                         double half_deg)
+{
+    const struct obstacles_query q = {.line = {.az_rad = geo_rad(az_deg),
+                                               .el_rad = geo_rad(el_deg),
+                                               .distance_m = distance_m,
+                                               .half_angle_rad = geo_rad(half_deg)}};
     struct answer a;
-    answer_direction(sphere_picture(s->sphere), &limits, &now, &q, &a);
+    ask_all(s, &q, &a);
     return a;
 }
 
 /* Nothing pinged: directions, sectors, places that are called anything but unknown. */
 static void nothing(bool quick, struct stable_found *f)
 {
-    struct stable_sphere s = stable_sphere(&usual);
-    const struct answer_now now = {.now_ns = s.t_ns, .pose_fresh = true, .pose = s.pose};
     static struct answer sector[72];
+    const struct obstacles_query around = {.around = true,
+                                           .band = {.lo_rad = -0.2, .hi_rad = 0.2, .reach_m = 5, .count = 72}};
+    struct stable_sphere s = begin();
     (void)quick;
     f->ours = 0;
     for (int az = 0; az < 360; az += 5)
         for (int el = -90; el <= 90; el += 15)
             f->ours += ask(&s, az, el, 5, 5).state != ANSWER_UNKNOWN;
-    answer_sectors(sphere_picture(s.sphere), &limits, &now,
-                   &(struct answer_band){.lo_rad = -0.2, .hi_rad = 0.2, .count = 72}, sector);
+    ask_all(&s, &around, sector);
     for (int k = 0; k < 72; k++)
         f->ours += sector[k].state != ANSWER_UNKNOWN;
     f->derived = true;
     f->naive = 72 * 13 + 72; /* distances that begin at the farthest range */
-    free(s.sphere);
+    end(&s);
 }
 
 /* An obstacle exactly as far as asked, next to it, at the pole and on the seam: answers that are not blocked. */
@@ -60,14 +84,14 @@ static void at_the_edge(bool quick, struct stable_found *f)
     f->naive = f->ours = 0;
     for (size_t k = 0; k < sizeof az_deg / sizeof az_deg[0]; k++)
         for (double range_m = 0.4; range_m < 12; range_m *= 1.7) {
-            struct stable_sphere s = stable_sphere(&usual);
+            struct stable_sphere s = begin();
             for (int n = 0; n < 3; n++)
                 stable_ping(&s, az_deg[k], range_m, 0);
             f->ours += ask(&s, az_deg[k], 0, (float)range_m, 3).state != ANSWER_BLOCKED;
             f->ours += ask(&s, az_deg[k] - 360, 0, 100, 3).state != ANSWER_BLOCKED;
             f->ours += ask(&s, 0, 90, 100, 90).state != ANSWER_BLOCKED; /* from the pole down to the horizon */
             f->naive += !((float)range_m < (float)range_m);             /* range < distance asked */
-            free(s.sphere);
+            end(&s);
         }
 }
 
@@ -174,7 +198,7 @@ static void ages(bool quick, struct stable_found *f)
     (void)quick;
     f->naive = f->ours = 0;
     for (int k = 0; k < 4; k++) {
-        struct stable_sphere s = stable_sphere(&usual);
+        struct stable_sphere s = begin();
         s.t_ns = started_s[k] * STABLE_SECOND;
         const uint64_t t0 = s.t_ns;
         for (double az = -12; az <= 12; az++)
@@ -188,17 +212,21 @@ static void ages(bool quick, struct stable_found *f)
         f->ours += ask(&s, 90, 0, 8, 1).state != ANSWER_BLOCKED;
         const float then = (float)started_s[k], now = (float)((double)started_s[k] + 30.01);
         f->naive += !(now - then > 30);
-        free(s.sphere);
+        end(&s);
     }
 }
 
-/* Growing what is asked never turns blocked or unknown into clear. Naive: a ray along the axis, whatever the width. */
+/*
+ * Growing what is asked never turns blocked or unknown into clear. Nor does time, but where a beam has passed since
+ * the last echo: when that has faded, all that the water rests on must be newer. Naive: a ray along the axis, whatever
+ * the width.
+ */
 static void monotone(bool quick, struct stable_found *f)
 {
     struct dice dice = dice_of(6, 0);
     f->naive = f->ours = 0;
     for (int world = 0; world < (quick ? 5 : 40); world++) {
-        struct stable_sphere s = stable_sphere(&usual);
+        struct stable_sphere s = begin();
         for (int n = 0; n < 400; n++) {
             s.t_ns += STABLE_SECOND / 20;
             const double az = 360 * dice_uniform(&dice);
@@ -207,17 +235,18 @@ static void monotone(bool quick, struct stable_found *f)
         for (int n = 0; n < 200; n++) {
             const double az = 360 * dice_uniform(&dice), d = 0.5 + 9 * dice_uniform(&dice),
                          half = 10 * dice_uniform(&dice);
-            const enum answer_state less = ask(&s, az, 0, d, half).state;
+            const struct answer less = ask(&s, az, 0, d, half);
             const enum answer_state wide = ask(&s, az, 0, d, half + 5 * dice_uniform(&dice)).state;
             const enum answer_state far = ask(&s, az, 0, d + dice_uniform(&dice), half).state;
-            s.t_ns += 20 * STABLE_SECOND;
-            const enum answer_state later = ask(&s, az, 0, d, half).state;
-            s.t_ns -= 20 * STABLE_SECOND;
-            f->ours +=
-                less != ANSWER_CLEAR && (wide == ANSWER_CLEAR || far == ANSWER_CLEAR || later == ANSWER_CLEAR);
-            f->naive += less != ANSWER_CLEAR && ask(&s, az, 0, d, 0.01).state == ANSWER_CLEAR;
+            s.t_ns += LATER_S * STABLE_SECOND;
+            const struct answer later = ask(&s, az, 0, d, half);
+            s.t_ns -= LATER_S * STABLE_SECOND;
+            const bool passed = less.state == ANSWER_BLOCKED && later.age_s < less.age_s + LATER_S;
+            f->ours += less.state != ANSWER_CLEAR &&
+                       (wide == ANSWER_CLEAR || far == ANSWER_CLEAR || (later.state == ANSWER_CLEAR && !passed));
+            f->naive += less.state != ANSWER_CLEAR && ask(&s, az, 0, d, 0.01).state == ANSWER_CLEAR;
         }
-        free(s.sphere);
+        end(&s);
     }
 }
 

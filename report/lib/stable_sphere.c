@@ -57,6 +57,8 @@ void stable_ping(struct stable_sphere *s, double az_deg, double range_m, double 
                              .pose = s->pose,
                              .beam = &beam};
     sphere_enter(s->sphere, &e, &mount_identity);
+    if (s->store)
+        store_enter(s->store, &e, &mount_identity);
 }
 
 uint32_t stable_direction(struct stable_sphere *s, double az_deg)

@@ -5,11 +5,13 @@
 
 #include "grid/sphere/sphere.h"
 #include "grid/sphere/view.h"
+#include "grid/water/store.h"
 
 #define STABLE_SECOND UINT64_C(1000000000)
 
 struct stable_sphere {
     struct sphere *sphere; /* of the heap: free it */
+    struct store *store;   /* of the same pings; NULL: none is kept */
     struct pose pose;      /* that pings are sent with */
     uint64_t t_ns;         /* ... and when */
     uint32_t seq;

@@ -12,11 +12,11 @@
 #include "drivers/devices/ping_frame.h"
 #include "drivers/devices/seanet_frame.h"
 #include "daemon/input/pose_log.h"
-#include "grid/answer/answer.h"
 #include "grid/range/cleanup.h"
 #include "grid/range/extract.h"
 #include "grid/sphere/view.h"
 #include "grid/voxel/submap.h"
+#include "asked.h"
 #include "cost.h"
 #include "dice.h"
 #include "stable.h"
@@ -80,7 +80,9 @@ static void everything(bool quick, struct stable_found *f)
     static uint8_t counts[2000];
     struct dice dice = dice_of(1, 0);
     struct stable_sphere s = stable_sphere(&stable_sphere_usual);
-    const struct answer_now now = {.now_ns = s.t_ns, .pose_fresh = true, .pose = s.pose};
+    s.store = asked_store();
+    struct asking asking = {
+        sphere_picture(s.sphere), {30, 0.5}, {.pose_fresh = true, .pose = s.pose}, asked_near_m()};
     struct extract_conf conf;
     struct fault fault;
     extract_defaults(&conf);
@@ -130,13 +132,17 @@ static void everything(bool quick, struct stable_found *f)
         out.az_aperture_rad = 0.05f;
         out.el_aperture_rad = 0.4f;
         sphere_enter(s.sphere, &out, &mount_identity);
-        const struct answer_query q = {.az_rad = 7 * dice_uniform(&dice), .distance_m = 5, .half_angle_rad = 0.1};
+        store_enter(s.store, &out, &mount_identity);
+        asking.now.now_ns = s.t_ns;
+        const struct obstacles_query q = {
+            .line = {.az_rad = 7 * dice_uniform(&dice), .distance_m = 5, .half_angle_rad = 0.1}};
         struct answer a;
-        answer_direction(sphere_picture(s.sphere), &(struct answer_conf){30, 0.5}, &now, &q, &a);
+        asked_of_store(&asking, s.store, &q, &a);
         f->ours += !isfinite(a.free_to_m) || !isfinite(a.confidence) || !isfinite(a.age_s);
     }
     free(clean_memory);
     free(memory);
+    free(s.store);
     free(s.sphere);
 }
 

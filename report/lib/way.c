@@ -10,7 +10,7 @@
 
 #include "core/fault.h"
 #include "daemon/methods/environment.h"
-#include "daemon/methods/query_context.h"
+#include "daemon/methods/verdict_job.h"
 #include "daemon/wiring.h"
 #include "dice.h"
 #include "grid/range/background_keep.h"
@@ -217,22 +217,22 @@ __attribute__((noinline)) void way_enter(struct pipeline *pipeline, const struct
     pipeline_submit(pipeline, ping);
 }
 
-static void judge_sectors(const struct methods_env *d, const double *wall_m, struct way_tally *t)
+static void judge_sectors(struct methods_env *d, const double *wall_m, struct way_tally *t)
 {
-    static struct answer said[WAY_SECTORS];
-    const struct answer_conf limits = grid_limits(pipeline_grid(d->pipeline, 0));
-    const struct answer_now now = query_now(d);
-    answer_sectors(pipeline_picture(d->pipeline), &limits, &now,
-                   &(struct answer_band){.lo_rad = -geo_rad(5),
-                                         .hi_rad = geo_rad(5),
-                                         .reach_m = WAY_LOOK_M,
-                                         .near_m = query_near_m(d),
-                                         .count = WAY_SECTORS},
-                   said);
-    for (int i = 0; i < WAY_SECTORS; i++) {
-        const double free_m = fmin(wall_m[i], WAY_LOOK_M), to_m = said[i].state == ANSWER_CLEAR
-                                                                      ? fmax(said[i].free_to_m, WAY_LOOK_M)
-                                                                      : said[i].free_to_m;
+    static struct verdict_job job;
+    job = (struct verdict_job){
+        .d = d,
+        .grid = pipeline_grid(d->pipeline, 0),
+        .query = {
+            .around = true,
+            .band = {.lo_rad = -geo_rad(5), .hi_rad = geo_rad(5), .reach_m = WAY_LOOK_M, .count = WAY_SECTORS}}};
+    verdict_job_begin(&job);
+    while (job.more && verdict_job_step(&job))
+        ;
+    for (size_t i = 0; i < WAY_SECTORS; i++) {
+        const struct answer *said = verdict_of(&job.verdict, i);
+        const double free_m = fmin(wall_m[i], WAY_LOOK_M),
+                     to_m = said->state == ANSWER_CLEAR ? fmax(said->free_to_m, WAY_LOOK_M) : said->free_to_m;
         t->free_m += free_m;
         t->said_m += fmax(fmin(to_m, free_m), 0);
         if (wall_m[i] < WAY_LOOK_M - PAST_M) {
@@ -240,8 +240,8 @@ static void judge_sectors(const struct methods_env *d, const double *wall_m, str
             t->past += to_m > wall_m[i] + PAST_M;
         } else if (wall_m[i] > WAY_LOOK_M + PAST_M) {
             t->open++;
-            t->false_block += said[i].state == ANSWER_BLOCKED;
-            t->unknown += said[i].state == ANSWER_UNKNOWN;
+            t->false_block += said->state == ANSWER_BLOCKED;
+            t->unknown += said->state == ANSWER_UNKNOWN;
         }
     }
 }
