@@ -119,8 +119,8 @@ static double cells_to_m(struct scene *s, const struct scope_share *share, uint3
         return share->need_m > 0 ? share->need_m : may_raise(s, direction) ? s->query.distance_m : 0;
     if (share->need_m <= 0)
         return 0;
-    const struct sight_observer by = {&s->limits, &s->now, &s->scope.place, s->query.near_m, share->need_m, NULL};
-    sight_look(grid_picture(s->grid), direction, &by, &e, &view);
+    sight_look(grid_picture(s->grid), direction, &(struct sight_observer){&s->now, &s->scope.place, NULL}, &e,
+               &view);
     return view.obstacle && view.near_m <= share->need_m ? share->need_m : 0;
 }
 
@@ -305,7 +305,7 @@ static void locate(struct scene *s)
     struct picture *picture = grid_picture(s->grid);
     struct sight_place place;
     picture_get_frame(picture, &s->frame);
-    sight_locate(picture, &s->frame, &s->limits, &s->now, &place);
+    sight_locate(&s->frame, &s->limits, &s->now, &place);
     scope_begin(&s->scope, picture->rings, &(struct scope_view){&s->frame, &s->now, &place}, &s->query);
     s->opening_rad =
         s->query.half_angle_rad + rings_reach(picture->rings) + s->scope.turned_rad + place.adrift_rad;

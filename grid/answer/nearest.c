@@ -79,7 +79,7 @@ static bool find(struct nearest_look *look)
     picture_get_frame(by->picture, &frame);
     if (!sight_possible(&frame, by->now, query.band.ned, &look->answer.reason))
         return false;
-    sight_locate(by->picture, &frame, by->conf, by->now, &place);
+    sight_locate(&frame, by->conf, by->now, &place);
     doubt(&look->answer, obstacles_find(&scene, &query, &found));
     take_obstacle(look, &found);
     return true;

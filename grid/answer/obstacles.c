@@ -83,8 +83,7 @@ static bool adds_as_seen(const struct sight *s, const struct bounds *b)
 struct along {
     const struct obstacles_scene *scene;
     const struct answer_query *query;
-    double reach_m;  /* no direction is asked farther, ... */
-    double beyond_m; /* ... but for this */
+    double beyond_m; /* no direction is asked so far */
     struct scope scope;
     struct sight_fade fade;
     struct obstacles_found *found;
@@ -107,14 +106,14 @@ static void look_along(struct along *a, uint32_t ring, uint32_t direction)
 {
     const struct obstacles_scene *scene = a->scene;
     const struct answer_query *q = a->query;
-    const struct sight_observer by = {scene->conf, scene->now, scene->place, q->near_m, a->reach_m, &a->fade};
+    const struct sight_observer by = {scene->now, scene->place, &a->fade};
     const struct bounds bounds = bounds_along(a);
     const struct glance g = glance_at(scene, direction);
     struct picture_entry e;
     struct sight s;
     if (!adds(&g, &bounds))
         return;
-    sight_look_told(scene->picture, direction, &by, &e, &s);
+    sight_look(scene->picture, direction, &by, &e, &s);
     if (!adds_as_seen(&s, &bounds))
         return;
     const double need_m = scope_share(&a->scope, scene->picture->axis[direction], ring).need_m;
@@ -130,8 +129,7 @@ static enum answer_reason find_along(const struct obstacles_scene *scene, const 
     const struct rings *rings = scene->picture->rings;
     const struct scope_view by = {scene->frame, scene->now, scene->place};
     const double reach_m = farthest_m(q, scene->place->moved_m);
-    struct along a = {
-        .scene = scene, .query = q, .reach_m = reach_m, .beyond_m = nextafter(reach_m, INFINITY), .found = found};
+    struct along a = {.scene = scene, .query = q, .beyond_m = nextafter(reach_m, INFINITY), .found = found};
     if (!scope_begin(&a.scope, rings, &by, q))
         return ANSWER_OUTSIDE;
     struct rings_visit visit = rings_visit(rings, a.scope.axis, a.scope.around_rad);
@@ -242,11 +240,10 @@ static void add_hint(struct around *a, const struct overlap_run *run, double hin
 static void look_around(struct around *a, uint32_t ring, uint32_t direction, const struct bounds *bounds)
 {
     const struct obstacles_scene *scene = a->scene;
-    const struct sight_observer by = {scene->conf,     scene->now,       scene->place,
-                                      a->band->near_m, a->band->reach_m, &a->fade};
+    const struct sight_observer by = {scene->now, scene->place, &a->fade};
     struct picture_entry e;
     struct sight s;
-    sight_look_told(scene->picture, direction, &by, &e, &s);
+    sight_look(scene->picture, direction, &by, &e, &s);
     if (!adds_as_seen(&s, bounds))
         return;
     struct overlap_cell cell = cell_of(scene, &a->axes, ring, direction);

@@ -133,7 +133,7 @@ static void find_shown_at(struct promise *p, double range_m)
     const double last_s = unlooked_s(p);
     p->rowed = false;
     for (uint32_t k = 0; k < p->picture->n; k += 64)
-        for (uint64_t left = picture_block(p->picture, k / 64).obstacle; left; left &= left - 1) {
+        for (uint64_t left = picture_holding(p->picture, k / 64); left; left &= left - 1) {
             const uint32_t direction = k + (uint32_t)__builtin_ctzll(left);
             if (direction >= p->picture->n || fabs(p->picture->axis[direction][2]) > level)
                 continue;

@@ -205,8 +205,7 @@ static void add(struct look *l, uint32_t direction, const struct reaches *reache
         return;
     struct picture_entry e;
     struct sight s;
-    const struct sight_observer by = {scene->conf, scene->now, &l->place, t->near_m, exit_m, &l->fade};
-    sight_look_told(scene->picture, direction, &by, &e, &s);
+    sight_look(scene->picture, direction, &(struct sight_observer){scene->now, &l->place, &l->fade}, &e, &s);
     if (s.obstacle && s.near_m <= side_m && s.near_m * foreshortened <= end_m)
         meet(l, &s, v, place_m(t, s.near_m, v, foreshortened, reach));
     const double sure_m = s.obstacle ? s.near_m : INFINITY;

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "bottom.h"
 #include "promise.h"
 
 #define FARTHEST_M 600.0 /* of a question to the records */
@@ -205,8 +206,7 @@ static void heed_bottom(struct verdict *v, const struct question_shape *q)
     const struct answer_now *now = v->by.now;
     if (!v->frame.ned || !(now->pose.has & POSE_ALTITUDE))
         return;
-    const struct bottom bottom =
-        bottom_below(now->pose.altitude_m, -v->place.uncertain_m, v->place.uncertain_m, 0);
+    const struct bottom bottom = bottom_below(now->pose.altitude_m, -v->place.uncertain_m, v->place.uncertain_m);
     for (uint32_t row = 0; row < TILES_ROWS; row++) {
         uint32_t n, column = question_columns(q, row, &n);
         for (; n > 0; n--, column++) {
@@ -893,7 +893,7 @@ static bool look_at_picture(struct verdict *v)
         cannot(v, why);
         return false;
     }
-    sight_locate(v->by.picture, &v->frame, v->by.conf, v->by.now, &v->place);
+    sight_locate(&v->frame, v->by.conf, v->by.now, &v->place);
     take_obstacles(v, found, obstacles_find(&scene, &v->query, found));
     return true;
 }
@@ -916,7 +916,7 @@ static double beyond_m(const struct verdict *v)
             least_m = distance_of(v);
             continue;
         }
-        sight_locate(v->by.picture, &frame, v->by.conf, v->by.now, &place);
+        sight_locate(&frame, v->by.conf, v->by.now, &place);
         query.line.distance_m = most_asked_m(v);
         obstacles_find(&scene, &query, &found);
         least_m = found.any ? fmax(found.near_m, distance_of(v)) : INFINITY;

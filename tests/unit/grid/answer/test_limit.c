@@ -15,11 +15,10 @@ static void start(void)
     start_with(rings_full(&rings, geo_rad(3)), false);
 }
 
-static void set(uint32_t d, double blind_m, double free_m, double near_m, double age_s)
+static void set(uint32_t d, double near_m, double age_s)
 {
     struct picture_entry e = {0};
     const uint64_t t_ns = NOW - (uint64_t)(age_s * 1e9);
-    e.free[0] = (struct free_interval){.t_ping_ns = t_ns, .from_m = (float)blind_m, .to_m = (float)free_m};
     if (near_m > 0)
         e.obstacle[0] = (struct picture_obstacle){.t_ref_ns = t_ns,
                                                   .t_echo_ns = t_ns,
@@ -30,12 +29,6 @@ static void set(uint32_t d, double blind_m, double free_m, double near_m, double
     picture_begin(&picture);
     picture_set(&picture, d, &e);
     picture_end(&picture);
-}
-
-static void all_free(double free_m)
-{
-    for (uint32_t d = 0; d < rings.n; d++)
-        set(d, 0.3, free_m, 0, 1);
 }
 
 static uint32_t at(double az_deg, double el_deg)
@@ -67,8 +60,7 @@ static struct obstacles_found find_ahead(const struct corridor_body *body, doubl
 TEST(what_stands_in_the_tunnel_blocks_and_what_stands_beside_it_does_not)
 {
     start();
-    all_free(20);
-    set(at(0, 0), 0.3, 4.9, 5, 2);
+    set(at(0, 0), 5, 2);
     struct obstacles_found c = find_ahead(&small, 1, 0, 0, 10);
     CHECK_NEAR(c.near_m, 5, 0.02, 0);
     CHECK(c.near_m <= 5);
@@ -77,12 +69,10 @@ TEST(what_stands_in_the_tunnel_blocks_and_what_stands_beside_it_does_not)
     CHECK(isinf(find_ahead(&small, 0, 1, 0, 10).near_m));
     CHECK(isinf(find_ahead(&small, -1, 0, 0, 10).near_m));
     start();
-    all_free(20);
-    set(at(30, 0), 0.3, 4.9, 5, 2); /* 2.5 m to the side */
+    set(at(30, 0), 5, 2); /* 2.5 m to the side */
     CHECK(isinf(find_ahead(&small, 1, 0, 0, 10).near_m));
     CHECK(find_ahead(&small, 0.866, 0.5, 0, 10).near_m < 5.01);
-    set(at(30, 0), 0.3, 0.5, 0.55,
-        2); /* 0.48 m ahead, 0.28 m to the side: in the way of a round front, 0.4 m wide */
+    set(at(30, 0), 0.55, 2); /* 0.48 m ahead, 0.28 m to the side: in the way of a round front, 0.4 m wide */
     c = find_ahead(&small, 1, 0, 0, 10);
     CHECK(c.near_m < 0.59 && c.near_m > 0.55);
 }
@@ -92,15 +82,14 @@ TEST(a_vehicle_off_the_grids_centre_sweeps_its_own_tunnel)
 {
     for (int side = -1; side <= 1; side += 2) {
         start_with(rings_full(&rings, geo_rad(3)), true);
-        all_free(20);
-        set(at(25 * side, 0), 0.3, 1.105, 1.2, 1); /* 1 m ahead, 0.47 m to the side of the centre */
+        set(at(25 * side, 0), 1.2, 1); /* 1 m ahead, 0.47 m to the side of the centre */
         now.pose.position_m[1] = 0.1 * side;
         CHECK(find_ahead(&small, 1, 0, 0, 10).near_m < 1.4);
         now.pose.position_m[1] = -0.1 * side;
         CHECK(isinf(find_ahead(&small, 1, 0, 0, 10).near_m));
         now.pose.position_m[1] = 0;
-        set(at(25 * side, 0), 0.3, 20, 0, 1);
-        set(at(0, 20 * side), 0.3, 1.06, 1.1, 1); /* 1 m ahead, 0.36 m above or below */
+        set(at(25 * side, 0), 0, 1);
+        set(at(0, 20 * side), 1.1, 1); /* 1 m ahead, 0.36 m above or below */
         now.pose.position_m[2] = -0.1 * side;
         CHECK(find_ahead(&small, 1, 0, 0, 10).near_m < 1.4);
         now.pose.position_m[2] = 0.1 * side;
@@ -114,7 +103,6 @@ TEST(an_echo_that_does_not_suffice_to_block_is_no_free_water)
 {
     for (int beyond = 0; beyond < 2; beyond++) {
         start();
-        all_free(20);
         picture_begin(&picture);
         picture_set(&picture, at(0, 0), &(struct picture_entry){.hint_m = beyond ? 4 : 1.5f});
         picture_end(&picture);
@@ -129,9 +117,7 @@ TEST(an_echo_that_does_not_suffice_to_block_is_no_free_water)
 TEST(a_faint_echo_near_by_is_no_free_water)
 {
     start();
-    all_free(20);
     struct picture_entry e = {0};
-    e.free[0] = (struct free_interval){.t_ping_ns = NOW, .from_m = 0.65f, .to_m = 20};
     e.obstacle[0] = (struct picture_obstacle){.t_ref_ns = NOW,
                                               .t_echo_ns = NOW,
                                               .logodds = (float)picture.blocked_logodds / 2,
@@ -192,7 +178,7 @@ TEST(no_point_of_the_tunnel_is_worse_than_said)
         start();
         for (uint32_t d = 0; d < rings.n; d++) {
             const double near_m = uniform(0, 1) < 0.02 ? uniform(0.3, 12) : 0;
-            set(d, 0.3, near_m > 0 ? near_m - 0.01 : uniform(0, 1) < 0.05 ? uniform(1, 9) : 15, near_m, 1);
+            set(d, near_m, 1);
         }
         const struct corridor_body body = {uniform(0, 0.8), uniform(0, 0.8), uniform(0, 0.3)};
         const double el = asin(uniform(-1, 1)), az = uniform(0, GEO_TURN);
@@ -273,7 +259,7 @@ TEST(a_tilted_body_meets_all_that_stands_in_its_way)
         quat_from_rpy(uniform(-tilt, tilt), uniform(-tilt, tilt), uniform(0, GEO_TURN), now.pose.attitude);
         for (uint32_t d = 0; d < rings.n; d++) {
             const double near_m = uniform(0, 1) < 0.01 ? uniform(0.3, 12) : 0;
-            set(d, 0.3, near_m > 0 ? near_m - 0.01 : 15, near_m, 1);
+            set(d, near_m, 1);
         }
         const struct corridor_body body = {uniform(0, 0.9), uniform(0, 0.9), uniform(0, 0.2)};
         struct corridor_query q = {.body = body, .ned = round % 4 < 2, .most_m = 10, .near_m = uniform(1, 4)};
@@ -327,9 +313,8 @@ TEST(a_tilted_body_meets_all_that_stands_in_its_way)
 TEST(a_wall_blocks_who_drifts_towards_it_and_nobody_else)
 {
     start();
-    all_free(20);
     for (double az = 20; az <= 80; az += 3)
-        set(at(az, 0), 0.3, 0.99 / sin(geo_rad(az)), 1 / sin(geo_rad(az)), 1); /* 1 m to starboard */
+        set(at(az, 0), 1 / sin(geo_rad(az)), 1); /* 1 m to starboard */
     CHECK(isinf(find_ahead(&small, 1, 0, 0, 10).near_m));
     CHECK(find_drifting(&small, 1, 0, 0, 10, (const double[3]){0, 0.8, 0}).near_m < 3);
     CHECK(isinf(find_drifting(&small, 1, 0, 0, 10, (const double[3]){0, -0.8, 0}).near_m));
@@ -345,7 +330,7 @@ TEST(more_drift_never_leaves_more_out)
         start();
         for (uint32_t d = 0; d < rings.n; d++) {
             const double near_m = uniform(0, 1) < 0.02 ? uniform(0.3, 12) : 0;
-            set(d, 0.3, near_m > 0 ? near_m : uniform(0, 1) < 0.02 ? uniform(1, 9) : 15, near_m, uniform(0, 20));
+            set(d, near_m, uniform(0, 20));
         }
         double a[3], b[3], little[3], much[3];
         geo_direction(uniform(0, GEO_TURN), asin(uniform(-1, 1)), a);
@@ -464,7 +449,7 @@ TEST(what_it_may_have_moved_is_taken_off)
     const struct corridor_body body = {0.3, 0.3, 0};
     start_with(rings_full(&rings, geo_rad(3)), true);
     for (uint32_t d = 0; d < rings.n; d++)
-        set(d, 0.3, 4.9, 5, 1);
+        set(d, 5, 1);
     const struct obstacles_found before = find_ahead(&body, 1, 0, 0, 10);
     now.pose.uncertain_m = 1;
     const struct obstacles_found after = find_ahead(&body, 1, 0, 0, 10);

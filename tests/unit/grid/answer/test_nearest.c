@@ -246,7 +246,7 @@ TEST(a_plain_search_finds_the_same)
             put(d, near_m, uniform(0, 20));
         }
         for (uint32_t d = 0; d < rings.n; d++) {
-            const double near_m = picture_edge_m(&picture, d);
+            const double near_m = picture_told_m(&picture, d);
             if (isfinite(near_m) && touches(d, geo_rad(lo), geo_rad(hi), geo_rad(from), width) &&
                 (reach_m <= 0 || near_m <= reach_m))
                 best_m = fmin(best_m, near_m);

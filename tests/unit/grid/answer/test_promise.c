@@ -24,7 +24,7 @@ static double promised_within(double clear_for_s, double az_deg, struct promise_
     struct answer_conf conf = limits;
     conf.clear_for_s = clear_for_s > 0 ? clear_for_s : conf.clear_for_s;
     picture_get_frame(&picture, &frame);
-    sight_locate(&picture, &frame, &conf, &now, &place);
+    sight_locate(&frame, &conf, &now, &place);
     struct promise p = promise_begin(&picture, &conf, &frame, &now, &place);
     return promise_m(&p, geo_rad(az_deg), &look, near_m);
 }

@@ -56,7 +56,7 @@ static void ping_as(uint8_t flags, uint16_t sensor, double az_deg, double range_
                        .el_aperture_rad = (float)geo_rad(25),
                        .pose = now.pose,
                        .beam = &beam};
-    sphere_enter(sphere, &e, &mount_identity);
+    rig_enter(&e, &mount_identity);
 }
 
 static void ping(double az_deg, double range_m, double free_m)
@@ -540,9 +540,9 @@ TEST(every_model_blocks_the_whole_opening_and_frees_the_same_water)
                     struct answer_query q = {.az_rad = geo_rad(az),
                                              .el_rad = geo_rad(el),
                                              .distance_m = 6,
-                                             .half_angle_rad = geo_rad(1)};
-                    struct answer a;
-                    answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
+                                             .half_angle_rad = geo_rad(1),
+                                             .near_m = RIG_NEAR_M};
+                    const struct answer a = rig_line(&q);
                     CHECK_INT(a.state, ANSWER_BLOCKED);
                     CHECK(a.range_m > 4.7 && a.range_m < 5.05);
                 }
