@@ -146,13 +146,13 @@ static void judge_scan(const struct conf *conf, const struct conf_sonar *c, fit_
 static double clear_for_of(const struct conf_grid *grid)
 {
     const double forget_s = grid->forget_s > 0 ? grid->forget_s : INFINITY;
-    return grid->clear_for_s > 0 ? grid->clear_for_s : free_clear_for_s(0, forget_s);
+    return grid->clear_for_s > 0 ? grid->clear_for_s : answer_clear_for_s(0, forget_s);
 }
 
 /* clear_for = auto goes no farther than forget. */
 static void judge_forget(const struct conf_grid *grid, fit_fn tell, void *ctx)
 {
-    const double wanted_s = free_clear_for_s(0, INFINITY), got_s = clear_for_of(grid);
+    const double wanted_s = answer_clear_for_s(0, INFINITY), got_s = clear_for_of(grid);
     struct fault f;
     if (grid->clear_for_s > 0 || got_s >= wanted_s)
         return;

@@ -89,7 +89,6 @@ static void sphere_of(const struct conf *conf, const struct conf_grid *g, struct
                               .forget_turns = g->forget_s > 0 ? 0 : FORGET_TURNS,
                               .blocked_above = g->blocked_above,
                               .recentre_m = fmax(0.05, 2 * g->layer_m),
-                              .keep_free_s = g->clear_for_s,
                               .model = (enum sphere_model)g->sensor_model, /* the same order */
                               .update = (enum sphere_update)g->update,
                               .axes = (enum sphere_axes)g->axes, /* the same order */

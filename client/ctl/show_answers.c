@@ -148,17 +148,6 @@ static void show_gone(const struct page *page, const json_t *gone)
     }
 }
 
-static void show_free_interval(const struct page *page, const char *which, const json_t *interval)
-{
-    char a[PAGE_CELL], b[PAGE_CELL], c[PAGE_CELL];
-    if (!json_is_object(interval))
-        return;
-    fprintf(page->out, "  %-9s azimuth %.1f°, elevation %.1f°: free from %s to %s, %s ago\n", which,
-            page_number(interval, "azimuth_deg"), page_number(interval, "elevation_deg"),
-            page_metres(a, page_number(interval, "free_from_m")),
-            page_metres(b, page_number(interval, "free_to_m")), page_duration(c, page_number(interval, "age_s")));
-}
-
 /* What the records of pings say of the cone. */
 static void show_water(const struct page *page, const json_t *water)
 {
@@ -168,11 +157,12 @@ static void show_water(const struct page *page, const json_t *water)
     if (!json_is_object(water))
         return;
     if (to_m > from_m)
-        fprintf(page->out, "  records   free from %s to %s, by %lld of them, the oldest %s ago\n",
+        fprintf(page->out, "\nfree from %s to %s by %lld records of pings, the oldest %s ago\n",
                 page_metres(a, from_m), page_metres(b, to_m), records,
                 page_duration(c, page_number(water, "oldest_age_s")));
     else
-        fprintf(page->out, "  records   nothing is known to be free from %s on\n", page_metres(a, from_m));
+        fprintf(page->out, "\nby the records of pings nothing is known to be free from %s on\n",
+                page_metres(a, from_m));
 }
 
 #define MOVED_LEAST_M    0.2
@@ -220,7 +210,7 @@ static void show_pings(const struct page *page, const json_t *pings)
 
 void show_explain(const struct page *page, const json_t *result)
 {
-    const json_t *answer = json_object_get(result, "answer"), *directions = json_object_get(result, "directions");
+    const json_t *answer = json_object_get(result, "answer");
     char a[PAGE_CELL];
     head_line(page, page_text(a, answer, "state"));
     if (!isnan(page_number(answer, "range_m")))
@@ -229,10 +219,6 @@ void show_explain(const struct page *page, const json_t *result)
     show_uncertain(page, json_object_get(result, "uncertain"));
     show_cells(page, json_object_get(result, "cells"));
     show_gone(page, json_object_get(result, "gone"));
-    fprintf(page->out, "\nof %lld directions in the cone, %lld were never observed\n",
-            page_count(directions, "all"), page_count(directions, "never"));
-    show_free_interval(page, "oldest", json_object_get(directions, "oldest"));
-    show_free_interval(page, "shortest", json_object_get(directions, "shortest"));
     show_water(page, json_object_get(result, "water"));
     show_pings(page, json_object_get(result, "pings"));
 }

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 /* The methods about directions: what a client may ask of the picture; sonard-protocol(7) has every shape. */
-#include "grid/answer/nearest.h"
 #include "drift_words.h"
 #include "grid_methods.h"
 #include "hidden.h"
@@ -226,40 +225,49 @@ static const char *nearest_reason(const struct methods_env *d, const struct answ
     return reason_with_pose(now, why, n->age_s, text);
 }
 
+static bool write_nearest(const struct rpc_call *call, struct json_out *out, struct rpc_error *error)
+{
+    struct verdict_job *job = call->work->state;
+    const struct nearest *n = &job->look.answer;
+    char text[REASON_SIZE];
+    (void)error;
+    if (verdict_job_step(job))
+        return rpc_continue(call, write_nearest);
+    const bool blocked = n->state == ANSWER_BLOCKED;
+    json_out_open(out, '{');
+    json_member_word(out, "frame", job->nearest.ned ? "ned" : "body");
+    json_member_word(out, "state", answer_state_name(n->state));
+    json_member_known(out, "azimuth_deg", blocked, geo_deg(n->az_rad), PER_DEGREES);
+    json_member_known(out, "elevation_deg", blocked, geo_deg(n->el_rad), PER_DEGREES);
+    json_member_known(out, "range_m", blocked, n->range_m, PER_METRES);
+    json_member_known(out, "range_sd_m", blocked, n->range_sd_m, PER_METRES);
+    json_member_known(out, "confidence", blocked, n->confidence, 1e3);
+    json_member_age(out, "age_s", n->age_s);
+    json_member_real(out, "unknown_share", n->unknown_share, 1e4);
+    json_member_text(out, "reason", nearest_reason(job->d, &job->now, &job->limits, n, text));
+    reference_write_target(out, job->d);
+    json_out_close(out, '}');
+    return true;
+}
+
 bool method_nearest(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
 {
-    struct methods_env *d = call->daemon;
-    struct grid *grid = grid_asked(d, params, error);
     double band[2], around[2] = {0};
-    if (!grid)
+    (void)out;
+    struct verdict_job *job = new_job(call, params, error);
+    if (!job)
         return false;
     params_numbers(params, "elevation_deg", band);
     params_numbers(params, "azimuth_deg", around);
-    const struct nearest_query q = {.ned = params_is(params, "frame", "ned"),
-                                    .lo_rad = geo_rad(band[0]),
-                                    .hi_rad = geo_rad(band[1]),
-                                    .from_rad = geo_rad(around[0]),
-                                    .width_rad = geo_wrap(geo_rad(around[1] - around[0])),
-                                    .reach_m = params_number(params, "distance_m"),
-                                    .near_m = query_near_m(d)};
-    const struct answer_now now = query_now(d);
-    const struct answer_conf limits = grid_limits(grid);
-    struct nearest n;
-    char text[REASON_SIZE];
-    nearest_look(grid_picture(grid), &limits, &now, &q, &n);
-    const bool blocked = n.state == ANSWER_BLOCKED;
-    json_out_open(out, '{');
-    json_member_word(out, "frame", q.ned ? "ned" : "body");
-    json_member_word(out, "state", answer_state_name(n.state));
-    json_member_known(out, "azimuth_deg", blocked, geo_deg(n.az_rad), PER_DEGREES);
-    json_member_known(out, "elevation_deg", blocked, geo_deg(n.el_rad), PER_DEGREES);
-    json_member_known(out, "range_m", blocked, n.range_m, PER_METRES);
-    json_member_known(out, "range_sd_m", blocked, n.range_sd_m, PER_METRES);
-    json_member_known(out, "confidence", blocked, n.confidence, 1e3);
-    json_member_age(out, "age_s", n.age_s);
-    json_member_real(out, "unknown_share", n.unknown_share, 1e4);
-    json_member_text(out, "reason", nearest_reason(d, &now, &limits, &n, text));
-    reference_write_target(out, d);
-    json_out_close(out, '}');
-    return true;
+    const double heard = heard_m(job->d, job->grid);
+    job->is_nearest = true;
+    job->nearest = (struct nearest_query){.ned = params_is(params, "frame", "ned"),
+                                          .lo_rad = geo_rad(band[0]),
+                                          .hi_rad = geo_rad(band[1]),
+                                          .from_rad = geo_rad(around[0]),
+                                          .width_rad = geo_wrap(geo_rad(around[1] - around[0])),
+                                          .reach_m = params_number(params, "distance_m"),
+                                          .heard_m = isfinite(heard) ? heard : query_look_ahead_m(job->d)};
+    verdict_job_begin(job);
+    return rpc_continue(call, write_nearest);
 }

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The method that tells what an answer about a direction rests on: the grid's cells and free intervals, and the
- * last pings that
- * looked there; sonard-protocol(7) has its shape. */
+/* The method that tells what an answer about a direction rests on: the grid's cells, the records of free water, and the
+ * last pings that looked there; sonard-protocol(7) has its shape. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -59,12 +58,10 @@ struct scene {
     /* directions */
     struct rings_visit visit;
     bool all_visited;
-    uint32_t directions, never, cells, n_found;
+    uint32_t cells, n_found;
     struct blocking found[PROTOCOL_EXPLAIN_MAX]; /* the nearest cells, in order */
     uint32_t all_gone;
     struct sphere_cell gone[PROTOCOL_EXPLAIN_MAX];
-    struct free_interval oldest, shortest;
-    uint32_t oldest_at, shortest_at;
     /* beams: those taken before the question, from the newest on */
     uint64_t beams_taken, beams;
     uint64_t back_to_ns;
@@ -103,15 +100,6 @@ static void angles_of(const struct scene *s, const double axis[3], double *az_ra
     geo_angles(v, az_rad, el_rad);
 }
 
-static void write_sensors(struct json_out *out, const struct methods_env *d, uint64_t set)
-{
-    json_member_open(out, "sensors", '[');
-    for (uint32_t i = 0; i < (uint32_t)d->conf.n_sonars; i++)
-        if (set >> i & 1)
-            json_out_text(out, grid_sensor_name(d, i));
-    json_out_close(out, ']');
-}
-
 /* ---- cells ---- */
 
 /* Is it so near to the cone that with relaxation its cells may raise a direction within? */
@@ -131,8 +119,8 @@ static double cells_to_m(struct scene *s, const struct scope_share *share, uint3
         return share->need_m > 0 ? share->need_m : may_raise(s, direction) ? s->query.distance_m : 0;
     if (share->need_m <= 0)
         return 0;
-    const struct sight_observer by = {&s->limits, &s->now, &s->scope.place, s->query.near_m, share->need_m, NULL};
-    sight_look(grid_picture(s->grid), direction, &by, &e, &view);
+    sight_look(grid_picture(s->grid), direction, &(struct sight_observer){&s->now, &s->scope.place, NULL}, &e,
+               &view);
     return view.obstacle && view.near_m <= share->need_m ? share->need_m : 0;
 }
 
@@ -233,61 +221,6 @@ static void write_gone(struct json_out *out, const struct scene *s)
     json_out_put(out, "]}");
 }
 
-/* ---- free intervals ---- */
-
-static void write_free_interval(struct json_out *out, const char *name, const struct scene *s, uint32_t direction,
-                                const struct free_interval *c)
-{
-    double axis[3], az, el;
-    if (!c->t_ping_ns) {
-        json_member_null(out, name);
-        return;
-    }
-    middle_of(s, direction, axis);
-    angles_of(s, axis, &az, &el);
-    json_member_open(out, name, '{');
-    json_member_degrees(out, "azimuth_deg", az);
-    json_member_degrees(out, "elevation_deg", el);
-    json_member_metres(out, "free_from_m", (double)c->from_m);
-    json_member_metres(out, "free_to_m", fmax((double)c->from_m, (double)c->to_m));
-    write_age(out, "age_s", s, c->t_ping_ns);
-    write_sensors(out, s->d, c->sensors);
-    json_out_close(out, '}');
-}
-
-/* How many directions were ever observed, and the free intervals that the answer rests on. */
-static void take_free_interval(struct scene *s, uint32_t direction)
-{
-    struct picture_entry e;
-    picture_get(grid_picture(s->grid), direction, &e);
-    const struct sight_observer by = {&s->limits,          &s->now, &s->scope.place, s->query.near_m,
-                                      s->query.distance_m, NULL};
-    enum answer_reason reason;
-    const struct free_interval c = sight_water(&e, &by, &reason);
-    s->directions++;
-    s->never += c.t_ping_ns == 0;
-    if (!c.t_ping_ns)
-        return;
-    if (!s->oldest.t_ping_ns || c.t_ping_ns < s->oldest.t_ping_ns) {
-        s->oldest = c;
-        s->oldest_at = direction;
-    }
-    if (!s->shortest.t_ping_ns || c.to_m < s->shortest.to_m) {
-        s->shortest = c;
-        s->shortest_at = direction;
-    }
-}
-
-static void write_claims(struct json_out *out, const struct scene *s)
-{
-    json_member_open(out, "directions", '{');
-    json_member_count(out, "all", s->directions);
-    json_member_count(out, "never", s->never);
-    write_free_interval(out, "oldest", s, s->oldest_at, &s->oldest);
-    write_free_interval(out, "shortest", s, s->shortest_at, &s->shortest);
-    json_out_close(out, '}');
-}
-
 /* ---- pings ---- */
 
 /* How far what a beam observed may have come nearer since. */
@@ -372,7 +305,7 @@ static void locate(struct scene *s)
     struct picture *picture = grid_picture(s->grid);
     struct sight_place place;
     picture_get_frame(picture, &s->frame);
-    sight_locate(picture, &s->frame, &s->limits, &s->now, &place);
+    sight_locate(&s->frame, &s->limits, &s->now, &place);
     scope_begin(&s->scope, picture->rings, &(struct scope_view){&s->frame, &s->now, &place}, &s->query);
     s->opening_rad =
         s->query.half_angle_rad + rings_reach(picture->rings) + s->scope.turned_rad + place.adrift_rad;
@@ -386,8 +319,7 @@ static void begin_directions(struct scene *s)
     struct picture *picture = grid_picture(s->grid);
     locate(s);
     s->visit = rings_visit(picture->rings, s->scope.axis, fmin(s->scope.around_rad + s->relaxed_rad, GEO_PI));
-    s->directions = s->never = s->cells = s->n_found = s->all_gone = 0;
-    s->oldest = s->shortest = (struct free_interval){0};
+    s->cells = s->n_found = s->all_gone = 0;
     take_gone(s);
 }
 
@@ -399,8 +331,6 @@ static void take_direction(struct scene *s)
     const double to_m = cells_to_m(s, &share, direction);
     if (to_m > 0)
         take_cells(s, direction, to_m);
-    if (share.need_m > 0 && !share.beside)
-        take_free_interval(s, direction);
 }
 
 /* A direction is another one once the axes have turned. */
@@ -559,7 +489,6 @@ static bool write_scene(const struct rpc_call *call, struct json_out *out, struc
     write_uncertain(out, s);
     write_cells(out, s);
     write_gone(out, s);
-    write_claims(out, s);
     write_records(out, s);
     reference_write_all(out, d);
     write_pings(out, s);

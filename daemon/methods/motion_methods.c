@@ -11,17 +11,19 @@
 #include "query_context.h"
 #include "reason.h"
 #include "reference.h"
+#include "verdict_job.h"
 #include "json_units.h"
+
+#include <stdlib.h>
 
 #define AT_REST_MPS 1e-3 /* slower is no direction */
 
 /* A movement that is asked about, and what is known of how old the picture is for it. */
 struct movement {
+    struct verdict_job job;
     double velocity_mps[3], speed_mps;
+    double ahead_s; /* of time_to_collision */
     bool ned;
-    struct answer_now now;
-    struct grid *grid;
-    struct answer_conf limits; /* of it */
     struct corridor_body body;
     struct corridor corridor;
     bool follows;     /* the picture follows the vehicle, up to the newest position; or it allows for its drift */
@@ -34,11 +36,8 @@ struct movement {
 static void take_body(const struct methods_env *d, struct corridor_body *body)
 {
     const struct conf_vehicle *c = &d->conf.vehicle;
-    *body = (struct corridor_body){.radius_m = c->radius_m,
-                                   .half_height_m = c->height_m / 2,
-                                   .margin_m = c->margin_m,
-                                   .near_m = c->near_m,
-                                   .own_margin_m = c->margin_m};
+    *body =
+        (struct corridor_body){.radius_m = c->radius_m, .half_height_m = c->height_m / 2, .margin_m = c->margin_m};
 }
 
 static double dot(const double a[3], const double b[3])
@@ -49,9 +48,9 @@ static double dot(const double a[3], const double b[3])
 /* What the vehicle does now, against what it is asked to do. */
 static void take_own_velocity(const struct methods_env *d, struct movement *m)
 {
-    const struct pose *pose = &m->now.pose;
+    const struct pose *pose = &m->job.now.pose;
     const unsigned needed = POSE_VELOCITY | (m->ned ? 0 : POSE_ATTITUDE);
-    m->told = m->now.pose_fresh && (pose->has & needed) == needed &&
+    m->told = m->job.now.pose_fresh && (pose->has & needed) == needed &&
               query_velocity_age_s(d) <= (double)pose_log_max_age_ns(&d->poses, POSE_VELOCITY) * 1e-9;
     if (!m->told || m->speed_mps < AT_REST_MPS)
         return;
@@ -69,9 +68,9 @@ static void take_velocity(const struct methods_env *d, struct movement *m, const
     memcpy(m->velocity_mps, velocity_mps, sizeof m->velocity_mps);
     m->speed_mps = sqrt(dot(velocity_mps, velocity_mps));
     m->ned = ned;
-    picture_get_frame(grid_picture(m->grid), &frame);
-    m->drifts = m->now.pose.drift_mps > 0;
-    m->follows = m->drifts || (frame.ned && m->now.pose_fresh && (m->now.pose.has & POSE_POSITION));
+    picture_get_frame(grid_picture(m->job.grid), &frame);
+    m->drifts = m->job.now.pose.drift_mps > 0;
+    m->follows = m->drifts || (frame.ned && m->job.now.pose_fresh && (m->job.now.pose.has & POSE_POSITION));
     take_own_velocity(d, m);
 }
 
@@ -79,7 +78,7 @@ static void take_velocity(const struct methods_env *d, struct movement *m, const
 static double longest_stale_s(const struct methods_env *d, const struct movement *m)
 {
     if (!m->follows)
-        return m->limits.clear_for_s;
+        return m->job.limits.clear_for_s;
     return m->told || m->drifts ? 0 : query_place_age_s(d);
 }
 
@@ -96,25 +95,52 @@ static void judge_age(const struct methods_env *d, struct movement *m)
 }
 
 /* drift_m: what the vehicle's own velocity across the line carries it off by. */
-static void look_ahead(const struct methods_env *d, struct movement *m, double most_m, double drift_m)
+static void look_ahead(struct movement *m, double most_m, double drift_m)
 {
     const double across_mps = sqrt(dot(m->across, m->across));
-    struct corridor_query q = {.ned = m->ned, .most_m = most_m};
-    memcpy(q.direction, m->velocity_mps, sizeof q.direction);
+    m->job.query =
+        (struct obstacles_query){.moves = true, .move = {.body = m->body, .ned = m->ned, .most_m = most_m}};
+    struct corridor_query *q = &m->job.query.move;
+    memcpy(q->direction, m->velocity_mps, sizeof q->direction);
     for (int i = 0; i < 3 && across_mps >= AT_REST_MPS; i++)
-        q.drift_m[i] = m->across[i] / across_mps * drift_m;
-    corridor_look(grid_picture(m->grid), &m->limits, &m->now, &m->body, &q, &m->corridor);
-    judge_age(d, m);
+        q->drift_m[i] = m->across[i] / across_mps * drift_m;
+    verdict_job_begin(&m->job);
 }
 
-/* False: there is no such grid. */
-static bool begin_movement(struct methods_env *d, json_t *params, struct movement *m, struct rpc_error *error)
+/* False: there is more to be looked at. */
+static bool has_looked(struct movement *m)
 {
-    *m = (struct movement){.now = query_now(d), .grid = grid_asked(d, params, error)};
-    if (m->grid)
-        m->limits = grid_limits(m->grid);
+    if (m->speed_mps < AT_REST_MPS)
+        return true;
+    if (verdict_job_step(&m->job))
+        return false;
+    m->corridor = *verdict_corridor(&m->job.verdict);
+    judge_age(m->job.d, m);
+    return true;
+}
+
+static void drop_movement(void *state)
+{
+    struct movement *m = state;
+    verdict_job_end(&m->job);
+    free(m);
+}
+
+/* Kept with the request; NULL: there is no such grid, or no memory. */
+static struct movement *begin_movement(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    struct methods_env *d = call->daemon;
+    struct grid *grid = grid_asked(d, params, error);
+    struct movement *m = grid ? calloc(1, sizeof *m) : NULL;
+    if (grid && !m)
+        rpc_refuse(error, RPC_INTERNAL_ERROR, "no memory for the question");
+    if (!m)
+        return NULL;
+    m->job = (struct verdict_job){.d = d, .grid = grid, .now = query_now(d), .limits = grid_limits(grid)};
+    m->corridor = (struct corridor){.blocked_m = INFINITY, .blocked_age_s = -1, .age_s = -1};
     take_body(d, &m->body);
-    return m->grid != NULL;
+    rpc_work_keep(call->work, m, drop_movement);
+    return m;
 }
 
 /* ---- limit ---- */
@@ -155,15 +181,15 @@ static const char *limit_reason(const struct methods_env *d, const struct moveme
         snprintf(why, sizeof why, "obstacle at %.2f m%s", fmax(0, at_m), place);
     else if (l->by == LIMIT_BY_UNKNOWN)
         snprintf(why, sizeof why, "unknown beyond %.2f m%s: %s", fmax(0, at_m), place,
-                 reason_cause(d, &m->now, c->reason, cause));
+                 reason_cause(d, &m->job.now, c->reason, cause));
     else if (!l->unknown)
         snprintf(why, sizeof why, "free over the stopping distance of %.2f m", l->stop_m);
     else
         snprintf(why, sizeof why, "%s: %s",
                  d->conf.vehicle.unknown == CONF_UNKNOWN_IGNORE ? "unknown water is ignored"
                                                                 : "slow enough for unknown water",
-                 reason_cause(d, &m->now, c->reason, cause));
-    return reason_with_pose(&m->now, why, l->by == LIMIT_BY_BLOCKED ? c->blocked_age_s : c->age_s, text);
+                 reason_cause(d, &m->job.now, c->reason, cause));
+    return reason_with_pose(&m->job.now, why, l->by == LIMIT_BY_BLOCKED ? c->blocked_age_s : c->age_s, text);
 }
 
 static enum limit_pose pose_of(const struct movement *m)
@@ -201,32 +227,42 @@ static void write_limit(const struct methods_env *d, struct json_out *out, const
     json_out_close(out, '}');
 }
 
+static bool judge_limit(const struct rpc_call *call, struct json_out *out, struct rpc_error *error)
+{
+    struct movement *m = call->work->state;
+    struct limit_conf conf;
+    struct limit l = {.by = LIMIT_BY_NOTHING};
+    char text[REASON_SIZE];
+    (void)error;
+    if (!has_looked(m))
+        return rpc_continue(call, judge_limit);
+    limit_conf(&m->job.d->conf.vehicle, &conf);
+    if (m->speed_mps < AT_REST_MPS) {
+        write_limit(m->job.d, out, m, &l, "no speed was asked for");
+        return true;
+    }
+    limit_of(&conf, &m->corridor, m->speed_mps, m->stale_s, &l);
+    write_limit(m->job.d, out, m, &l, limit_reason(m->job.d, m, &l, text));
+    return true;
+}
+
 bool method_limit(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
 {
     struct methods_env *d = call->daemon;
     struct limit_conf conf;
-    struct movement m;
-    struct limit l = {.by = LIMIT_BY_NOTHING};
     double velocity[3];
-    if (!begin_movement(d, params, &m, error))
+    struct movement *m = begin_movement(call, params, error);
+    if (!m)
         return false;
     params_numbers(params, "velocity_mps", velocity);
-    take_velocity(d, &m, velocity, params_is(params, "frame", "ned"));
+    take_velocity(d, m, velocity, params_is(params, "frame", "ned"));
     limit_conf(&d->conf.vehicle, &conf);
-    if (m.speed_mps < AT_REST_MPS) {
-        m.corridor = (struct corridor){.blocked_m = INFINITY, .age_s = -1};
-        write_limit(d, out, &m, &l, "no speed was asked for");
-        return true;
-    }
     /* as far as it would be for the oldest picture that may count: farther than needed changes nothing */
-    look_ahead(d, &m,
-               limit_reach_m(&conf, m.body.radius_m + m.body.half_height_m + m.body.margin_m, m.speed_mps,
-                             m.limits.clear_for_s),
-               limit_drift_m(&conf, sqrt(dot(m.across, m.across)), longest_stale_s(d, &m)));
-    limit_of(&conf, &m.corridor, m.speed_mps, m.stale_s, &l);
-    char text[REASON_SIZE];
-    write_limit(d, out, &m, &l, limit_reason(d, &m, &l, text));
-    return true;
+    const double most_m = limit_reach_m(&conf, m->body.radius_m + m->body.half_height_m + m->body.margin_m,
+                                        m->speed_mps, m->job.limits.clear_for_s);
+    if (m->speed_mps >= AT_REST_MPS)
+        look_ahead(m, most_m, limit_drift_m(&conf, sqrt(dot(m->across, m->across)), longest_stale_s(d, m)));
+    return judge_limit(call, out, error);
 }
 
 /* ---- time to collision ---- */
@@ -236,12 +272,12 @@ static bool velocity_of(const struct methods_env *d, json_t *params, struct move
 {
     double velocity[3];
     const bool given = params_numbers(params, "velocity_mps", velocity);
-    if (!given && (!m->now.pose_fresh || !(m->now.pose.has & POSE_VELOCITY)))
+    if (!given && (!m->job.now.pose_fresh || !(m->job.now.pose.has & POSE_VELOCITY)))
         return rpc_refuse(error, RPC_INVALID_REQUEST,
                           "no fresh pose with attitude and velocity: give velocity_mps");
     if (!given && params_has(params, "frame"))
         return rpc_refuse(error, RPC_INVALID_PARAMS, "frame needs velocity_mps");
-    take_velocity(d, m, given ? velocity : m->now.pose.velocity_mps,
+    take_velocity(d, m, given ? velocity : m->job.now.pose.velocity_mps,
                   given ? params_is(params, "frame", "ned") : true);
     return true;
 }
@@ -279,26 +315,35 @@ static void write_collision(const struct methods_env *d, struct json_out *out, c
     else
         snprintf(why, sizeof why, "%s",
                  !moves  ? "the vehicle is at rest"
-                 : blind ? reason_cause(d, &m->now, c->reason, cause)
+                 : blind ? reason_cause(d, &m->job.now, c->reason, cause)
                          : "the path is free");
-    json_member_text(out, "reason", reason_with_pose(&m->now, why, hits ? c->blocked_age_s : c->age_s, text));
+    json_member_text(out, "reason", reason_with_pose(&m->job.now, why, hits ? c->blocked_age_s : c->age_s, text));
     reference_write_target(out, d);
     json_out_close(out, '}');
+}
+
+static bool judge_collision(const struct rpc_call *call, struct json_out *out, struct rpc_error *error)
+{
+    struct movement *m = call->work->state;
+    (void)error;
+    if (!has_looked(m))
+        return rpc_continue(call, judge_collision);
+    write_collision(m->job.d, out, m, m->ahead_s);
+    return true;
 }
 
 bool method_time_to_collision(const struct rpc_call *call, json_t *params, struct json_out *out,
                               struct rpc_error *error)
 {
     struct methods_env *d = call->daemon;
-    const double ahead_s = params_number(params, "ahead_s");
-    struct movement m;
-    if (!begin_movement(d, params, &m, error) || !velocity_of(d, params, &m, error))
+    struct movement *m = begin_movement(call, params, error);
+    if (!m || !velocity_of(d, params, m, error))
         return false;
-    m.body.margin_m = 0; /* touching is meant */
-    m.corridor = (struct corridor){.blocked_m = INFINITY, .blocked_age_s = -1, .age_s = -1};
-    if (m.speed_mps >= AT_REST_MPS)
-        look_ahead(d, &m, m.body.radius_m + m.body.half_height_m + m.speed_mps * (ahead_s + m.limits.clear_for_s),
-                   sqrt(dot(m.across, m.across)) * longest_stale_s(d, &m));
-    write_collision(d, out, &m, ahead_s);
-    return true;
+    m->ahead_s = params_number(params, "ahead_s");
+    m->body.margin_m = 0; /* touching is meant */
+    if (m->speed_mps >= AT_REST_MPS)
+        look_ahead(
+            m, m->body.radius_m + m->body.half_height_m + m->speed_mps * (m->ahead_s + m->job.limits.clear_for_s),
+            sqrt(dot(m->across, m->across)) * longest_stale_s(d, m));
+    return judge_collision(call, out, error);
 }

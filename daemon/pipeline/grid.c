@@ -72,7 +72,7 @@ struct answer_conf grid_limits(const struct grid *g)
     picture_get_frame(sphere_picture(g->sphere), &frame);
     const double forget_s = sphere_forget_s(&g->setting.sphere, frame.turn_s);
     limits.clear_for_s =
-        limits.clear_for_s > 0 ? fmin(limits.clear_for_s, forget_s) : free_clear_for_s(frame.turn_s, forget_s);
+        limits.clear_for_s > 0 ? fmin(limits.clear_for_s, forget_s) : answer_clear_for_s(frame.turn_s, forget_s);
     return limits;
 }
 

@@ -1,11 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * answer - blocked, clear or unknown: what a picture says about a cone, a corridor or a ring of sectors at a given
- * time. Pure; reads the picture and nothing else.
- *
- * Clear is said only where every direction asked about was pinged, recently, without the vehicle having moved on
- * since, and was free as far as asked. Whatever is missing makes the answer unknown and is named. Unknown never
- * hides an obstacle: blocked is looked for first.
+ * answer - blocked, clear or unknown: the words of the answers about a cone, a corridor or a band of sectors, and what
+ * such a question is. verdict.h gives them.
  */
 #ifndef SONARD_ANSWER_H
 #define SONARD_ANSWER_H
@@ -15,7 +11,6 @@
 #include <stdint.h>
 
 #include "grid/geometry.h"
-#include "grid/picture/picture.h"
 
 #define ANSWER_SECTORS_MAX 720
 
@@ -38,9 +33,15 @@ enum answer_reason {
 };
 
 struct answer_conf {
-    double clear_for_s;  /* age limit of clear; as a setting 0: free_clear_for_s works it out */
+    double clear_for_s;  /* age limit of clear; as a setting 0: answer_clear_for_s works it out */
     double move_limit_m; /* distance travelled after which a cleared direction is unknown; INFINITY: however far */
 };
+
+/**
+ * answer_clear_for_s - the age limit of clear for heads that turn within turn_s (0: not known yet): one and a half
+ * turns, so that a lost ping or a slower turn does no harm; at least 30 s, at most forget_s.
+ */
+double answer_clear_for_s(double turn_s, double forget_s);
 
 #define ANSWER_DRIFTED_S 64
 
@@ -65,9 +66,7 @@ struct answer_query {
     bool corridor;     /* a corridor of radius_m around the line; otherwise a cone of half_angle_rad */
     double half_angle_rad;
     double radius_m;
-    /* water nearer than this does not make the answer old, and beside a corridor it is asked for only where an echo
-     * was received; [0, inf) */
-    double near_m;
+    double near_m; /* `near`: up to here water is promised (verdict.h), and weak echoes count; [0, inf) */
 };
 
 struct answer {
@@ -84,26 +83,16 @@ struct answer {
     double age_s;
 };
 
-/** answer_direction - the state of a cone or corridor up to distance_m. */
-void answer_direction(struct picture *p, const struct answer_conf *conf, const struct answer_now *now,
-                      const struct answer_query *query, struct answer *out);
-
-/* The sectors of a ring: sector k of `count` (1..ANSWER_SECTORS_MAX) is centred on k * 2pi/count. */
+/* The sectors of a ring: sector k of `count` (1..ANSWER_SECTORS_MAX) is centred on k * 2pi/count, or where width_rad is
+ * above 0 the k-th of so many that share what reaches clockwise from from_rad. */
 struct answer_band {
     bool ned; /* otherwise of the body */
     double lo_rad, hi_rad;
-    double reach_m; /* clear: free as far as this; 0: as far as any sonar listened */
-    double near_m;  /* water nearer than this does not make the answer old */
+    double from_rad, width_rad; /* below 2 pi */
+    double reach_m;             /* clear: free as far as this; > 0 */
+    double near_m;              /* as in struct answer_query */
     size_t count;
 };
-
-/**
- * answer_sectors - of a band of elevations. Clear: free as far as the band's reach_m, whatever stands behind.
- * Blocked: an obstacle in it, at any range, else. Unknown: the rest; free_to_m says how far it is known to be
- * free all the same.
- */
-void answer_sectors(struct picture *p, const struct answer_conf *conf, const struct answer_now *now,
-                    const struct answer_band *band, struct answer *sectors);
 
 const char *answer_state_name(enum answer_state state);
 

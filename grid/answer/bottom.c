@@ -5,15 +5,13 @@
 
 #include "grid/geometry.h"
 
-const struct bottom bottom_unknown = {.least_m = INFINITY, .cos = 1};
+#define SLOPE_RAD geo_rad(BOTTOM_SLOPE_DEG)
 
 /* The bottom is taken to rise from below the vehicle to all sides, as a cone that stands on its tip. */
-struct bottom bottom_below(double altitude_m, double above_m, double beside_m, double slack_rad)
+struct bottom bottom_below(double altitude_m, double above_m, double beside_m)
 {
-    const double slope_rad = geo_rad(BOTTOM_SLOPE_DEG), more_rad = fmin(slope_rad + slack_rad, GEO_PI / 2);
     const double least_m = altitude_m * (1 - BOTTOM_ALTITUDE_SHARE) - BOTTOM_ALTITUDE_M;
-    const double down_m = fmax(least_m + above_m - beside_m * tan(slope_rad), 0);
-    return (struct bottom){.least_m = down_m * cos(slope_rad), .cos = cos(more_rad), .sin = sin(more_rad)};
+    return (struct bottom){fmax(least_m + above_m - beside_m * tan(SLOPE_RAD), 0) * cos(SLOPE_RAD)};
 }
 
 /*
@@ -22,9 +20,8 @@ struct bottom bottom_below(double altitude_m, double above_m, double beside_m, d
  */
 double bottom_reach_m(const struct bottom *b, double down)
 {
-    if (!isfinite(b->least_m))
-        return INFINITY;
     const double d = fmax(-1, fmin(down, 1)), level = sqrt(1 - d * d);
-    const double sine = level * b->cos > d * b->sin ? d * b->cos + level * b->sin : 1;
+    const double sine =
+        level * cos(SLOPE_RAD) > d * sin(SLOPE_RAD) ? d * cos(SLOPE_RAD) + level * sin(SLOPE_RAD) : 1;
     return sine > 0 ? b->least_m / sine : INFINITY;
 }

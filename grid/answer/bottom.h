@@ -19,17 +19,12 @@
 
 /* As seen from one place. */
 struct bottom {
-    double least_m;  /* it is no nearer; INFINITY: nothing is known of it */
-    double cos, sin; /* of the angle by which rays may meet it higher than their directions say */
+    double least_m; /* it is no nearer */
 };
 
-extern const struct bottom bottom_unknown;
-
-/**
- * bottom_below - from a place that is above_m, [0, inf), higher than where the altitude is of, or as much lower, and
- * beside_m away from there. altitude_m >= 0; slack_rad, [0, pi/2]: rays may point lower than their direction says.
- */
-struct bottom bottom_below(double altitude_m, double above_m, double beside_m, double slack_rad);
+/** bottom_below - from a place that is above_m higher than where the altitude is of, or as much lower, and beside_m
+ * away from there. altitude_m >= 0. */
+struct bottom bottom_below(double altitude_m, double above_m, double beside_m);
 
 /** bottom_reach_m - along a unit vector whose third component, `down`, is positive downward: INFINITY, never. */
 double bottom_reach_m(const struct bottom *b, double down);

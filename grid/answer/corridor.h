@@ -1,15 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * corridor - how far the vehicle may move along a line before its body meets something, and how far the water it
- * sweeps is known to be free. Pure; reads the picture and nothing else.
+ * corridor - a body that moves along a line: what is asked of its way, and what is known of it.
  *
  * The body is an upright cylinder around the reference point. It sweeps a straight tunnel with flat ends: half_width_m
  * to each side, half_height_m up and down, from the reference point to `distance + front_m`; farther to the side that
- * it drifts to, by what it drifts. A ray of the picture leaves
- * that tunnel through its side or its end; free is what is free along every ray as far as it stays inside. A cell of
- * the grid counts with whichever of its rays is the worst. Hence: nothing that the picture holds lies in the tunnel up
- * to blocked_m, and every ray is free up to known_m, but for the water nearer than near_m, or in the body's own
- * place: the tunnel up to its front, with the margin that it keeps.
+ * it drifts to, by what it drifts. Nothing that the picture holds lies in the tunnel up to blocked_m, and by the
+ * records it is free up to known_m, but for the water nearer than near_m, as far as that holds (promise.h).
  */
 #ifndef SONARD_CORRIDOR_H
 #define SONARD_CORRIDOR_H
@@ -20,19 +16,18 @@ struct corridor_body {
     double radius_m;      /* of the cylinder, >= 0 */
     double half_height_m; /* >= 0 */
     double margin_m;      /* of water on every side, >= 0 */
-    /* water nearer than this to the reference point is not asked for. What counts there: echoes, weak ones too, and
-     * at a level bearing at which a sonar looks (grid/picture/bearings.h) that it has looked.
-     * 0: up to where the body's front is with own_margin_m, which is its own place */
-    double near_m;
-    double own_margin_m; /* >= 0 */
 };
 
 struct corridor_query {
+    struct corridor_body body;
     double direction[3]; /* of any length but 0 */
     /* the body may be carried off by as much; what of it is along the direction does not count */
     double drift_m[3];
     bool ned;      /* both are NED; otherwise the body's */
-    double most_m; /* how far to look from the reference point, > 0 */
+    double most_m; /* how far to look from the reference point, > near_m */
+    /* water nearer than this to the reference point is not asked for, > 0. What counts there: echoes, weak ones too,
+     * and at a level bearing at which a sonar looks (grid/picture/bearings.h) that it has looked */
+    double near_m;
 };
 
 struct corridor {
@@ -48,10 +43,5 @@ struct corridor {
     double age_s;              /* of the oldest ping that counts; negative: none */
     double uncertain_m;        /* pose uncertainty; already subtracted from every distance here */
 };
-
-/** corridor_look - blocked_m and known_m are both from the reference point:
- * what the body may move is less by front_m. */
-void corridor_look(struct picture *p, const struct answer_conf *conf, const struct answer_now *now,
-                   const struct corridor_body *body, const struct corridor_query *query, struct corridor *out);
 
 #endif

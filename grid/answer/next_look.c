@@ -22,10 +22,10 @@ static double at_most_1(double x)
     return x < 0 ? 0 : x > 1 ? 1 : x;
 }
 
-/* How long ago the water in that direction was observed. */
+/* How long ago a ping looked in that direction. */
 static void judge_age(const struct picture_entry *e, uint64_t now_ns, double stale_s, struct next_look *l)
 {
-    const uint64_t t_ns = e->free[0].t_ping_ns;
+    const uint64_t t_ns = e->t_look_ns;
     l->why = t_ns ? LOOK_STALE : LOOK_NEVER;
     l->age_s = !t_ns ? -1 : now_ns > t_ns ? (double)(now_ns - t_ns) * 1e-9 : 0;
     l->score = t_ns ? at_most_1(l->age_s / stale_s) : 1;

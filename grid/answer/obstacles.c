@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "overlap.h"
+#include "tunnel.h"
 
 static void take(struct obstacles_found *f, const struct sight *s, const struct obstacles_scene *scene)
 {
@@ -82,8 +83,7 @@ static bool adds_as_seen(const struct sight *s, const struct bounds *b)
 struct along {
     const struct obstacles_scene *scene;
     const struct answer_query *query;
-    double reach_m;  /* no direction is asked farther, ... */
-    double beyond_m; /* ... but for this */
+    double beyond_m; /* no direction is asked so far */
     struct scope scope;
     struct sight_fade fade;
     struct obstacles_found *found;
@@ -106,14 +106,14 @@ static void look_along(struct along *a, uint32_t ring, uint32_t direction)
 {
     const struct obstacles_scene *scene = a->scene;
     const struct answer_query *q = a->query;
-    const struct sight_observer by = {scene->conf, scene->now, scene->place, q->near_m, a->reach_m, &a->fade};
+    const struct sight_observer by = {scene->now, scene->place, &a->fade};
     const struct bounds bounds = bounds_along(a);
     const struct glance g = glance_at(scene, direction);
     struct picture_entry e;
     struct sight s;
     if (!adds(&g, &bounds))
         return;
-    sight_look_told(scene->picture, direction, &by, &e, &s);
+    sight_look(scene->picture, direction, &by, &e, &s);
     if (!adds_as_seen(&s, &bounds))
         return;
     const double need_m = scope_share(&a->scope, scene->picture->axis[direction], ring).need_m;
@@ -129,8 +129,7 @@ static enum answer_reason find_along(const struct obstacles_scene *scene, const 
     const struct rings *rings = scene->picture->rings;
     const struct scope_view by = {scene->frame, scene->now, scene->place};
     const double reach_m = farthest_m(q, scene->place->moved_m);
-    struct along a = {
-        .scene = scene, .query = q, .reach_m = reach_m, .beyond_m = nextafter(reach_m, INFINITY), .found = found};
+    struct along a = {.scene = scene, .query = q, .beyond_m = nextafter(reach_m, INFINITY), .found = found};
     if (!scope_begin(&a.scope, rings, &by, q))
         return ANSWER_OUTSIDE;
     struct rings_visit visit = rings_visit(rings, a.scope.axis, a.scope.around_rad);
@@ -205,11 +204,26 @@ static size_t sector_in(const struct around *a, const struct overlap_run *run, s
     return at < a->sectors.count ? at : at - a->sectors.count;
 }
 
-static void add_obstacle(struct around *a, const struct overlap_run *run, const struct sight *s)
+/* The middle of a direction, in the axes asked about. */
+static void middle_of(const struct around *a, uint32_t direction, double v[3])
+{
+    const double *axis = a->scene->picture->axis[direction], turn = a->axes.axes_rad;
+    v[0] = cos(turn) * axis[0] - sin(turn) * axis[1];
+    v[1] = sin(turn) * axis[0] + cos(turn) * axis[1];
+    v[2] = axis[2];
+    if (a->axes.turned)
+        quat_rotate_inverse(a->axes.attitude, v, v);
+}
+
+static void add_obstacle(struct around *a, const struct overlap_run *run, const struct sight *s,
+                         uint32_t direction)
 {
     for (size_t k = 0; k < run->n; k++) {
         const size_t at = sector_in(a, run, k);
-        take(&a->found[at], s, a->scene);
+        struct obstacles_found *f = &a->found[at];
+        if (!f->any || s->near_m < f->near_m)
+            middle_of(a, direction, f->at);
+        take(f, s, a->scene);
         a->bounds[at] = bounds_of(&a->found[at], a->hint_m);
     }
 }
@@ -226,17 +240,16 @@ static void add_hint(struct around *a, const struct overlap_run *run, double hin
 static void look_around(struct around *a, uint32_t ring, uint32_t direction, const struct bounds *bounds)
 {
     const struct obstacles_scene *scene = a->scene;
-    const struct sight_observer by = {scene->conf,     scene->now,       scene->place,
-                                      a->band->near_m, a->band->reach_m, &a->fade};
+    const struct sight_observer by = {scene->now, scene->place, &a->fade};
     struct picture_entry e;
     struct sight s;
-    sight_look_told(scene->picture, direction, &by, &e, &s);
+    sight_look(scene->picture, direction, &by, &e, &s);
     if (!adds_as_seen(&s, bounds))
         return;
     struct overlap_cell cell = cell_of(scene, &a->axes, ring, direction);
     if (s.obstacle && s.near_m < bounds->near_m) {
         const struct overlap_run run = sectors_of(a, &cell, s.near_m, 0);
-        add_obstacle(a, &run, &s);
+        add_obstacle(a, &run, &s, direction);
     }
     if (s.hint_m < bounds->hint_m && !(s.obstacle && s.near_m <= a->band->reach_m)) {
         const struct overlap_run run = sectors_of(a, &cell, s.hint_m, 0);
@@ -308,7 +321,11 @@ static enum answer_reason find_around(const struct obstacles_scene *scene, const
     struct around a = {.scene = scene,
                        .band = band,
                        .hint_m = sight_less(band->near_m, band->reach_m),
-                       .sectors = {.lo_rad = band->lo_rad, .hi_rad = band->hi_rad, .count = band->count},
+                       .sectors = {.lo_rad = band->lo_rad,
+                                   .hi_rad = band->hi_rad,
+                                   .from_rad = band->from_rad,
+                                   .width_rad = band->width_rad,
+                                   .count = band->count},
                        .axes = axes_of(scene, band),
                        .found = found};
     const double loose = a.axes.tilt_rad + a.axes.uncertain_rad;
@@ -332,7 +349,11 @@ enum answer_reason obstacles_find(const struct obstacles_scene *scene, const str
                                   struct obstacles_found *found)
 {
     for (size_t k = 0; k < obstacles_parts(query); k++)
-        found[k] = (struct obstacles_found){.hint_m = INFINITY};
+        found[k] = (struct obstacles_found){.hint_m = INFINITY, .kept_m = INFINITY};
+    if (query->moves) {
+        tunnel_find(scene, &query->move, found);
+        return ANSWER_HEARD;
+    }
     const enum answer_reason kept =
         query->around ? find_around(scene, &query->band, found) : find_along(scene, &query->line, found);
     for (size_t k = 0; k < obstacles_parts(query); k++)

@@ -1,18 +1,20 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * obstacles - the nearest obstacle of a picture in a cone, a corridor or each sector of a band, as seen from where the
- * vehicle may be. Knows no free water.
+ * obstacles - the nearest obstacle of a picture in a cone, a corridor, each sector of a band or a body's way, as seen
+ * from where the vehicle may be. Knows no free water.
  */
 #ifndef SONARD_OBSTACLES_H
 #define SONARD_OBSTACLES_H
 
+#include "corridor.h"
 #include "scope.h"
 
-/* A cone or corridor, or the sectors of a band. */
+/* A cone or corridor, the sectors of a band, or a body that moves. */
 struct obstacles_query {
-    bool around;
+    bool around, moves;
     struct answer_query line;
     struct answer_band band; /* reach_m > 0 */
+    struct corridor_query move;
 };
 
 /* Of one part of the question. */
@@ -23,6 +25,10 @@ struct obstacles_found {
     double confidence, age_s;
     double hint_m; /* within near_m of the query, and before the obstacle, is an echo that is too little to block;
                       INFINITY: there is none */
+    double at[3];  /* of a sector, or a body's way: in which direction the obstacle is, in the axes asked about */
+    /* of a body's way, along which its ranges are: in which direction the echo is; from where on the picture does not
+     * keep all of it, or INFINITY */
+    double hint_at[3], kept_m;
 };
 
 /* Who asks, from where. */

@@ -30,6 +30,23 @@ static struct overlap_run run_of(const struct overlap_band *band, double from, d
     return (struct overlap_run){(size_t)from, (size_t)n};
 }
 
+/* Of sectors that are not all around those between the azimuths az - half and az + half, half <= pi. Past the last one
+ * goes on with the first where both ends are touched. */
+static struct overlap_run run_in_width(const struct overlap_band *band, double az_rad, double half_rad)
+{
+    const double count = (double)band->count, wide = band->width_rad, per_rad = count / wide;
+    const double off = geo_wrap_pi(az_rad - band->from_rad - wide / 2);
+    const double lo = off - half_rad + wide / 2, hi = off + half_rad + wide / 2; /* from the first one on */
+    if (hi * per_rad <= EDGE || (lo - wide) * per_rad >= -EDGE)
+        return (struct overlap_run){0, 0};
+    double from = lo > 0 ? floor(lo * per_rad + EDGE) : 0, to = hi < wide ? ceil(hi * per_rad - EDGE) : count;
+    if ((lo + GEO_TURN - wide) * per_rad < -EDGE)
+        from = floor((lo + GEO_TURN) * per_rad + EDGE) - count;
+    if ((hi - GEO_TURN) * per_rad > EDGE)
+        to = count + ceil((hi - GEO_TURN) * per_rad - EDGE);
+    return run_of(band, from, to - 1);
+}
+
 static struct overlap_run exact_run(const struct overlap_band *band, struct overlap_cell *cell, double aside_rad)
 {
     if (!cell->exact)
@@ -40,6 +57,8 @@ static struct overlap_run exact_run(const struct overlap_band *band, struct over
     if (cell->el_rad + half_el <= band->lo_rad || cell->el_rad - half_el >= band->hi_rad)
         return (struct overlap_run){0, 0};
     const double half = fmin(cell->half_az_rad + more, GEO_PI), width = GEO_TURN / (double)band->count;
+    if (band->width_rad > 0)
+        return run_in_width(band, cell->az_rad, half);
     return run_of(band, floor((cell->az_rad - half) / width + 0.5 + EDGE),
                   ceil((cell->az_rad + half) / width - 0.5 - EDGE));
 }
@@ -78,7 +97,7 @@ static bool rough_run(const struct overlap_band *band, const struct overlap_cell
     if (above < 0 || below < 0)
         return true;
     const double more = wider_by(cell, aside_rad);
-    if (!above || !below || more < 0)
+    if (!above || !below || more < 0 || band->width_rad > 0)
         return false;
     const double half = fmin(cell->half_az_rad + more, GEO_PI), per_rad = (double)band->count / GEO_TURN;
     const double margin = MARGIN_RAD * per_rad + EDGE;

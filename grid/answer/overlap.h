@@ -6,9 +6,11 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* A band of elevations, in `count` sectors of equal width; sector 0 is centred on azimuth 0. */
+/* A band of elevations, in `count` sectors of equal width; sector 0 is centred on azimuth 0. Where width_rad is above 0
+ * they share what reaches clockwise from from_rad, and sector 0 is the first of that. */
 struct overlap_band {
     double lo_rad, hi_rad;
+    double from_rad, width_rad; /* below 2 pi */
     size_t count;
 };
 

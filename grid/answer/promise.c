@@ -23,15 +23,13 @@ static uint64_t silent(const struct bearings_looks *looks, const struct answer_c
 #define EDGE_CELLS 1.5
 
 /* How far the direction lies in what sonars cover that do not turn, beyond its edge. */
-static double still_rad(struct promise *p, uint32_t direction, double near_m)
+static double still_rad(struct promise *p, const double v[3], double near_m)
 {
-    const struct rings *rings = p->picture->rings;
-    const uint32_t ring = rings_ring(rings, direction);
-    const double *v = p->picture->axis[direction];
-    if (p->ring != ring)
+    if (!p->rowed || p->row_down != v[2])
         bearings_row(&p->frame->looks, &p->view, asin(fmax(-1, fmin(1, -v[2]))), near_m, p->still);
-    p->ring = ring;
-    return bearings_inside(p->still, atan2(v[1], v[0]), EDGE_CELLS * rings->step_rad);
+    p->rowed = true;
+    p->row_down = v[2];
+    return bearings_inside(p->still, atan2(v[1], v[0]), EDGE_CELLS * p->picture->rings->step_rad);
 }
 
 /* How a sonar looks in a direction. What is there it will show. */
@@ -41,23 +39,16 @@ struct looked {
     bool by_head;
 };
 
-static struct looked look_of(struct promise *p, uint32_t direction, double near_m)
+static struct looked look_of(struct promise *p, const double v[3], double near_m)
 {
     const struct bearings_looks *looks = &p->frame->looks;
-    const double *v = p->picture->axis[direction];
     double u[3] = {v[0], v[1], v[2]};
     sight_from_grid(p->frame, p->now, false, u);
     const double az_rad = atan2(u[1], u[0]);
     return (struct looked){.az_rad = az_rad,
-                           .still_rad = still_rad(p, direction, near_m),
+                           .still_rad = still_rad(p, v, near_m),
                            .by_head = fabs(u[2]) <= sin(looks->level_rad - p->picture->rings->step_rad) &&
                                       bearings_have(looks->bearings, az_rad, 0)};
-}
-
-/* Is it a level direction, whatever the body's tilt? Only these have to be looked at. */
-static bool is_level(const struct promise *p, uint32_t direction, double slack)
-{
-    return fabs(p->picture->axis[direction][2]) <= slack;
 }
 
 #define PART_RAD (GEO_TURN / PROMISE_PARTS)
@@ -84,8 +75,7 @@ static void spread_shown(struct promise *p, double az_rad, double range_m, doubl
     }
 }
 
-#define LOOKED_TURNS 2.2 /* in so many turns a head that goes to and fro has been everywhere again ... */
-#define LOOKED_S     1.0 /* ... and in so long a sonar that does not turn, whatever pings it loses */
+#define LOOKED_TURNS 2.2 /* in so many turns a head that goes to and fro has been everywhere again */
 
 /*
  * A mount off the middle looks elsewhere near by than far away: to the one side farther, to the other less. What was
@@ -115,7 +105,7 @@ static double unlooked_s(const struct promise *p)
 {
     if (p->frame->looks.first_turns && p->frame->turn_s <= 0)
         return INFINITY;
-    return fmax(fmax(LOOKED_TURNS * p->frame->turn_s, LOOKED_S), left_out_s(p));
+    return fmax(fmax(LOOKED_TURNS * p->frame->turn_s, PROMISE_LOOKED_S), left_out_s(p));
 }
 
 static void add_shown(struct promise *p, uint32_t direction, double last_s)
@@ -141,13 +131,13 @@ static void find_shown_at(struct promise *p, double range_m)
 {
     const double level = sin(p->picture->rings->height_rad);
     const double last_s = unlooked_s(p);
-    p->ring = RINGS_NONE;
+    p->rowed = false;
     for (uint32_t k = 0; k < p->picture->n; k += 64)
-        for (uint64_t left = picture_block(p->picture, k / 64).obstacle; left; left &= left - 1) {
+        for (uint64_t left = picture_holding(p->picture, k / 64); left; left &= left - 1) {
             const uint32_t direction = k + (uint32_t)__builtin_ctzll(left);
-            if (direction >= p->picture->n || !is_level(p, direction, level))
+            if (direction >= p->picture->n || fabs(p->picture->axis[direction][2]) > level)
                 continue;
-            const struct looked looked = look_of(p, direction, range_m);
+            const struct looked looked = look_of(p, p->picture->axis[direction], range_m);
             if (looked.by_head || looked.still_rad > 0)
                 add_shown(p, direction, last_s);
         }
@@ -157,7 +147,7 @@ static void find_shown(struct promise *p)
 {
     for (size_t i = 0; i < sizeof shown_at_m / sizeof shown_at_m[0]; i++)
         find_shown_at(p, shown_at_m[i]);
-    p->ring = RINGS_NONE; /* the next one is asked for other places */
+    p->rowed = false; /* the next one is asked for other places */
 }
 
 struct promise promise_begin(struct picture *picture, const struct answer_conf *conf,
@@ -171,8 +161,7 @@ struct promise promise_begin(struct picture *picture, const struct answer_conf *
                         .now = now,
                         .loose_m = place->moved_m,
                         .shown = bearings_of(looks, online, now->now_ns, conf->clear_for_s),
-                        .view = {{1, 0, 0, 0}, {0}, picture->rings->step_rad},
-                        .ring = RINGS_NONE};
+                        .view = {{1, 0, 0, 0}, {0}, picture->rings->step_rad}};
     sight_attitude(frame, now, false, p.view.attitude);
     memcpy(p.view.offset_m, place->offset_m, sizeof p.view.offset_m);
     for (int i = 0; i < PROMISE_PARTS; i++)
@@ -182,73 +171,52 @@ struct promise promise_begin(struct picture *picture, const struct answer_conf *
     return p;
 }
 
-/* Do the looks leave out no more than lies between two of a sonar's beams? What stands there no beam shows. */
-static bool is_between_looks(const struct promise *p, uint32_t direction)
-{
-    const struct rings *rings = p->picture->rings;
-    const uint32_t ring = rings_ring(rings, direction), first = rings->start[ring];
-    const uint32_t n = rings->start[ring + 1] - first, at = direction - first;
-    const uint32_t most = (uint32_t)fmin(ceil(p->frame->looks.gap_rad / rings_width(rings, ring)), n / 2);
-    for (uint32_t k = 1; k <= most; k++)
-        if (!picture_blank(p->picture, first + (at + k) % n) ||
-            !picture_blank(p->picture, first + (at + n - k) % n))
-            return true;
-    return false;
-}
-
 /*
- * Is the water free, at this moment, where near_m ends? Of a vehicle that drifts it must be: what a beam showed farther
- * out may by now have come nearer than near_m, and nothing tells where it is.
+ * What is left of near_m where the water does not go on there, for a vehicle that drifts: what stood beyond it when a
+ * beam showed water there last has come nearer by the drift since, at the most. Nothing of it where the last look
+ * showed none, as of a sonar that is drowned in noise; nor if the vehicle may have turned since: what a beam showed at
+ * another bearing may be at this one now.
  */
-static bool goes_on(const struct promise *p, const struct sight *s, double near_m)
-{
-    return s->reason == ANSWER_HEARD && s->blind_m - p->loose_m <= near_m && s->clear_m > near_m;
-}
-
-/*
- * What is left of near_m where it does not: what stood beyond it when a beam showed water there last has come nearer by
- * the drift since, at the most. Nothing of it where the last look showed none, as of a sonar that is drowned in noise;
- * nor if the vehicle may have turned since: what a beam showed at another bearing may be at this one now.
- */
-static double adrift_m(const struct promise *p, const struct sight *s, double near_m)
+static double adrift_m(const struct promise *p, const struct promise_look *look, double near_m)
 {
     const struct pose *pose = &p->now->pose;
-    return s->showed && !pose->heading_adrift ? fmax(0, near_m - answer_drifted_m(p->now, s->age_s)) : 0;
+    return look->showed && !pose->heading_adrift ? fmax(0, near_m - answer_drifted_m(p->now, look->age_s)) : 0;
 }
 
 /*
- * How far, in a beam that does not turn, the drift since its last ping may have brought in what stood beside it: so far
- * the direction is at the beam's edge, as seen from where the vehicle may be. Farther in, nearer to the vehicle. 0
- * where no ping tells since when.
+ * How far, in a beam that does not turn, what stood beside it at its last ping may be now, for all that is known of
+ * where the vehicle was and is, or for its drift since: so far the direction is at the beam's edge. Farther in, nearer
+ * to the vehicle. 0 where no ping tells.
  */
-static double edge_m(const struct promise *p, const struct looked *looked, const struct sight *s)
+static double edge_m(const struct promise *p, const struct looked *looked, const struct promise_look *look)
 {
-    const double in_rad = looked->still_rad;
-    const bool may_be = s->reason == ANSWER_HEARD && in_rad > 0 && in_rad < GEO_PI / 2;
-    return may_be ? answer_drifted_m(p->now, s->age_s) / sin(in_rad) : 0;
+    const double in_rad = looked->still_rad - look->loose_rad;
+    const double drifted_m = look->showed ? answer_drifted_m(p->now, look->age_s) : 0;
+    const double aside_m = fmax(drifted_m, look->loose_m);
+    if (looked->still_rad <= 0 || aside_m <= 0 || in_rad >= GEO_PI / 2)
+        return 0;
+    return in_rad > 0 ? aside_m / sin(in_rad) : (double)INFINITY;
 }
 
 /*
  * Until every head has completed two turns, water that ends before near_m may be the gap of a lost ping; from then on
- * a direction has what an earlier turn showed of it.
+ * a direction has what an earlier turn showed of it. Of a vehicle that drifts the water must be free, at this moment,
+ * where near_m ends: what a beam showed farther out may by now have come nearer, and nothing tells where it is.
  */
-static double unshown_m(struct promise *p, uint32_t direction, double slack, const struct sight *s, double near_m)
+static double unshown_m(struct promise *p, const double v[3], const struct promise_look *look, double near_m)
 {
-    const bool blank = !s;
-    s = blank ? &sight_never : s;
-    const double sure_m = s->reason == ANSWER_HEARD ? fmin(s->clear_m, near_m) : 0;
     const bool drifts = p->now->pose.drift_mps > 0;
-    if ((drifts ? goes_on(p, s, near_m) : sure_m >= near_m) || !is_level(p, direction, slack))
+    if (look->goes_on)
         return near_m;
-    const struct looked looked = look_of(p, direction, near_m);
+    const struct looked looked = look_of(p, v, near_m);
     if (!looked.by_head && looked.still_rad <= 0)
         return near_m;
-    const double left_m = drifts ? adrift_m(p, s, near_m) : near_m;
+    const double left_m = drifts ? adrift_m(p, look, near_m) : near_m;
     if (!bearings_have(p->shown, looked.az_rad, 0)) /* by no head: what nobody has shown nobody promises */
-        return fmin(fmax(sure_m, edge_m(p, &looked, s)), left_m);
+        return fmin(fmax(look->sure_m, edge_m(p, &looked, look)), left_m);
     if (drifts)
         return left_m;
-    return (blank || p->frame->looks.first_turns) && !is_between_looks(p, direction) ? sure_m : near_m;
+    return (look->blank || p->frame->looks.first_turns) && !look->between ? look->sure_m : near_m;
 }
 
 double promise_come_m(const struct promise *p, double az_rad, double half_rad)
@@ -261,12 +229,32 @@ double promise_come_m(const struct promise *p, double az_rad, double half_rad)
     return come_m;
 }
 
-double promise_m(struct promise *p, uint32_t direction, double slack, const struct sight *s, double near_m)
+static void level_axis(double az_rad, double v[3])
 {
-    const double *v = p->picture->axis[direction];
-    const double shown_m = unshown_m(p, direction, slack, s, near_m);
-    if (p->now->pose.drift_mps <= 0 || fabs(v[2]) > slack)
-        return shown_m;
-    const double come_m = promise_come_m(p, atan2(v[1], v[0]), 0);
-    return s && goes_on(p, s, shown_m) && s->blind_m <= come_m ? shown_m : fmin(shown_m, come_m);
+    v[0] = cos(az_rad);
+    v[1] = sin(az_rad);
+    v[2] = 0;
+}
+
+bool promise_asks(struct promise *p, double az_rad, double near_m)
+{
+    double v[3];
+    level_axis(az_rad, v);
+    return p->now->pose.drift_mps > 0 || look_of(p, v, near_m).still_rad > 0;
+}
+
+bool promise_heeds(struct promise *p, double az_rad, double near_m)
+{
+    double v[3];
+    level_axis(az_rad, v);
+    const struct looked looked = look_of(p, v, near_m);
+    return looked.by_head || looked.still_rad > 0 || p->now->pose.drift_mps > 0;
+}
+
+double promise_m(struct promise *p, double az_rad, const struct promise_look *look, double near_m)
+{
+    double v[3];
+    level_axis(az_rad, v);
+    const double shown_m = unshown_m(p, v, look, near_m);
+    return p->now->pose.drift_mps > 0 ? fmin(shown_m, promise_come_m(p, az_rad, 0)) : shown_m;
 }

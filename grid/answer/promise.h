@@ -8,7 +8,8 @@
 
 #include "sight.h"
 
-#define PROMISE_PARTS 64
+#define PROMISE_PARTS    64
+#define PROMISE_LOOKED_S 1.0 /* in so long a sonar that does not turn has looked again, whatever pings it loses */
 
 /* To whom it is given: a vehicle in that picture. */
 struct promise {
@@ -18,8 +19,9 @@ struct promise {
     double loose_m; /* pose uncertainty: how far off the vehicle's place may be */
     uint64_t shown; /* bearings of the body: where heads that are neither offline nor silent show what is there */
     struct bearings_view view;
-    uint32_t ring;                      /* of the direction asked last; RINGS_NONE: none was */
-    uint64_t still[BEARINGS_FINE / 64]; /* azimuths of that ring at which sonars look that do not turn */
+    bool rowed;                         /* some direction was asked: */
+    double row_down;                    /* the third component of the last one, and ... */
+    uint64_t still[BEARINGS_FINE / 64]; /* ... azimuths of all these at which sonars look that do not turn */
     /* Of a vehicle that drifts, by parts of the grid's circle: what beams showed at the horizon, wherever that was, may
      * by now stand as near as this. INFINITY: nothing has come there. */
     double come_m[PROMISE_PARTS];
@@ -33,12 +35,30 @@ struct promise promise_begin(struct picture *picture, const struct answer_conf *
                              const struct picture_frame *frame, const struct answer_now *now,
                              const struct sight_place *place);
 
+/* What the records say of a part of the horizon. */
+struct promise_look {
+    bool goes_on;  /* the water is free from near_m on */
+    double sure_m; /* it is free so far, at most near_m; 0: nowhere */
+    bool
+        showed; /* a record that counts showed water there, though the vehicle may have drifted out of it since ... */
+    double age_s; /* ... so long ago */
+    /* The last ping lies so uncertainly that its edge may be here, though it showed water, or beside such water. 0:
+     * it does not, or was long ago. */
+    double loose_m, loose_rad;
+    bool blank;   /* nobody ever looked there ... */
+    bool between; /* ... but the looks leave out no more than lies between two of a sonar's beams */
+};
+
 /**
- * promise_m - how far along the direction nobody needs to have looked, from 0 to near_m; ranges are from the grid's
- * centre. s: what the direction says; NULL: nothing. slack: sine of how far its rays may lie above or below its middle.
- * near_m is the same for all directions; those of a ring are asked about one after the other.
+ * promise_m - how far along a level direction nobody needs to have looked, from 0 to near_m, the same for all
+ * directions; ranges are from the grid's centre, as is az_rad, in its axes.
  */
-double promise_m(struct promise *p, uint32_t direction, double slack, const struct sight *s, double near_m);
+double promise_m(struct promise *p, double az_rad, const struct promise_look *look, double near_m);
+
+/** promise_heeds - may promise_m be less than near_m there, whatever the look? promise_asks - does it depend on what
+ * was shown, whatever is uncertain since? */
+bool promise_heeds(struct promise *p, double az_rad, double near_m);
+bool promise_asks(struct promise *p, double az_rad, double near_m);
 
 /**
  * promise_come_m - how near what beams showed in other directions may stand by now, within half_rad of that azimuth of

@@ -21,41 +21,9 @@ bool sight_reads(struct sight_reading *r)
     return true;
 }
 
-const struct sight sight_never = {.reason = ANSWER_NEVER, .age_s = -1, .hint_m = INFINITY, .bottom_m = INFINITY};
-
-/* The oldest ping of the run's water that is asked about; its parts are among the n. */
-static uint64_t oldest_asked(const struct free_interval *run, const struct free_interval *part, unsigned n,
-                             const struct sight_observer *by)
-{
-    const double from_m = fmax((double)run->from_m, by->from_m - by->place->moved_m);
-    const double to_m = fmin((double)run->to_m, by->to_m + by->place->moved_m);
-    uint64_t oldest_ns = UINT64_MAX;
-    for (unsigned i = 0; i < n; i++)
-        if (fmax((double)part[i].from_m, from_m) < fmin((double)part[i].to_m, to_m) &&
-            part[i].t_ping_ns < oldest_ns)
-            oldest_ns = part[i].t_ping_ns;
-    return oldest_ns < UINT64_MAX ? oldest_ns : run->t_ping_ns;
-}
-
-struct free_interval sight_water(const struct picture_entry *e, const struct sight_observer *by,
-                                 enum answer_reason *reason)
-{
-    struct free_interval good[FREE_INTERVALS];
-    unsigned n = 0;
-    for (int k = 0; k < FREE_INTERVALS; k++)
-        if (sight_against(&e->free[k], by) == ANSWER_HEARD)
-            good[n++] = e->free[k];
-    *reason = n ? ANSWER_HEARD : sight_against(&e->free[0], by);
-    struct free_interval run = free_longest(good, n);
-    if (!run.t_ping_ns)
-        return n ? good[0] : e->free[0];
-    run.t_ping_ns = oldest_asked(&run, good, n, by);
-    return run;
-}
-
 /* ---- one look ---- */
 
-/* The words of one side's entry. Most directions have one free interval and no obstacle, so most are never read. */
+/* The words of one side's entry. Most directions have no obstacle, so most are never read. */
 struct words {
     const snapshot_word *at;
 };
@@ -64,12 +32,6 @@ static uint64_t word_at(const struct words *w, size_t byte)
 {
     return atomic_load_explicit(&w->at[byte / 8], memory_order_acquire);
 }
-
-static void load_interval(const struct words *w, int k, struct free_interval *out)
-{
-    snapshot_load(out, w->at + (size_t)k * (sizeof *out / 8), sizeof *out / 8);
-}
-_Static_assert(offsetof(struct picture_entry, free) == 0, "an entry begins with its free intervals");
 
 /* As exp takes long and the obstacles of one ping fade alike. */
 static double faded(const struct picture *p, const struct picture_obstacle *o, const struct sight_observer *by)
@@ -89,14 +51,14 @@ static double faded(const struct picture *p, const struct picture_obstacle *o, c
 static double look_for_obstacles(const struct picture *p, const struct words *w, const struct sight_observer *by,
                                  struct picture_entry *e, struct sight *v)
 {
-    double clear_m = INFINITY;
+    double edge_m = INFINITY;
     for (unsigned i = 0; i < PICTURE_OBSTACLES && !v->obstacle; i++) {
         float odds[2]; /* and near edge */
         const uint64_t both = word_at(w, PICTURE_ODDS(i));
         memcpy(odds, &both, sizeof odds);
         if (odds[0] <= 0)
             break;
-        clear_m = (double)odds[1] < clear_m ? (double)odds[1] : clear_m;
+        edge_m = (double)odds[1] < edge_m ? (double)odds[1] : edge_m;
         if (odds[0] <= p->blocked_logodds) /* it does not grow */
             continue;
         struct picture_obstacle *o = &e->obstacle[i];
@@ -108,58 +70,20 @@ static double look_for_obstacles(const struct picture *p, const struct words *w,
             v->near_m = sight_more(0, o->near_m - by->place->moved_m);
         }
     }
-    return clear_m;
+    return edge_m;
 }
-
-/* sight_water of an entry that is not read yet; of a single interval that is itself. */
-static const struct free_interval *water_at(const struct words *w, const struct sight_observer *by,
-                                            struct picture_entry *e, enum answer_reason *reason)
-{
-    load_interval(w, 0, &e->free[0]);
-    if (!(word_at(w, sizeof *e->free) | word_at(w, 2 * sizeof *e->free) | word_at(w, 3 * sizeof *e->free))) {
-        *reason = sight_against(&e->free[0], by);
-        return &e->free[0];
-    }
-    for (int k = 1; k < FREE_INTERVALS; k++)
-        load_interval(w, k, &e->free[k]);
-    e->free[0] = sight_water(e, by, reason);
-    return &e->free[0];
-}
-_Static_assert(FREE_INTERVALS == 4 && offsetof(struct free_interval, t_ping_ns) == 0,
-               "three are behind the first");
 
 static void look_at_words(const struct picture *p, const struct words *w, const struct sight_observer *by,
                           struct picture_entry *e, struct sight *v)
 {
-    const double moved_m = by->place->moved_m;
-    *v = sight_never;
-    const double clear_m = look_for_obstacles(p, w, by, e, v);
-    const uint64_t last = word_at(w, offsetof(struct picture_entry, hint_m));
-    float hint[2];
-    memcpy(hint, &last, sizeof hint);
-    const double hint_m = hint[0] > 0 ? sight_less((double)hint[0], clear_m) : clear_m;
-    v->hint_m = sight_more(0, hint_m - moved_m);
-    const struct free_interval *run = water_at(w, by, e, &v->reason);
-    if (run->t_ping_ns)
-        v->age_s = sight_seconds(by->now->now_ns, run->t_ping_ns);
-    v->showed = run->to_m > run->from_m || run->to_m < 0;
-    if (v->reason != ANSWER_HEARD)
-        return;
-    const double to_m = sight_less((double)run->to_m, clear_m);
-    v->blind_m = (double)run->from_m + moved_m;
-    v->clear_m = sight_more(0, to_m - moved_m);
+    *v = (struct sight){.hint_m = INFINITY};
+    const double edge_m = look_for_obstacles(p, w, by, e, v);
+    const double hint_m = (double)sight_half(word_at(w, offsetof(struct picture_entry, hint_m)), 0);
+    v->hint_m = sight_more(0, (hint_m > 0 ? sight_less(hint_m, edge_m) : edge_m) - by->place->moved_m);
 }
 
-/* Whatever was observed, or was not. */
-static void heed_bottom(const struct picture *p, uint32_t direction, const struct sight_place *place,
-                        struct sight *v)
-{
-    v->bottom_m = sight_bottom_m(p, direction, place);
-    v->clear_m = sight_less(v->clear_m, v->bottom_m);
-}
-
-void sight_look_told(struct picture *p, uint32_t direction, const struct sight_observer *by,
-                     struct picture_entry *e, struct sight *v)
+void sight_look(struct picture *p, uint32_t direction, const struct sight_observer *by, struct picture_entry *e,
+                struct sight *v)
 {
     bool whole = false;
     for (int i = 0; i < SNAPSHOT_TRIES && !whole; i++) {
@@ -169,19 +93,7 @@ void sight_look_told(struct picture *p, uint32_t direction, const struct sight_o
         whole = picture_still(p, number);
     }
     if (!whole)
-        *v = sight_never;
-    heed_bottom(p, direction, by->place, v);
-}
-
-void sight_look(struct picture *p, uint32_t direction, const struct sight_observer *by, struct picture_entry *e,
-                struct sight *v)
-{
-    if (!picture_blank(p, direction)) {
-        sight_look_told(p, direction, by, e, v);
-        return;
-    }
-    *v = sight_never;
-    heed_bottom(p, direction, by->place, v);
+        *v = (struct sight){.hint_m = 0}; /* nobody knows what stands there */
 }
 
 /* A bound that is infinite or no number bounds nothing, and no comparison further on would see it. */
@@ -206,26 +118,14 @@ bool sight_possible(const struct picture_frame *frame, const struct answer_now *
     return *reason == ANSWER_HEARD;
 }
 
-/* A vehicle is above the grid's centre by as much as that is below it, and how far it may be off counts once more. */
-static struct bottom bottom_of(const struct picture *p, const struct answer_now *now,
-                               const struct sight_place *place)
-{
-    const double *off_m = place->offset_m;
-    if (!(now->pose.has & POSE_ALTITUDE))
-        return bottom_unknown;
-    return bottom_below(now->pose.altitude_m, off_m[2] - place->uncertain_m,
-                        hypot(off_m[0], off_m[1]) + place->uncertain_m,
-                        p->rings->height_rad / 2 + place->turned_rad);
-}
-
-void sight_locate(const struct picture *p, const struct picture_frame *frame, const struct answer_conf *conf,
-                  const struct answer_now *now, struct sight_place *place)
+void sight_locate(const struct picture_frame *frame, const struct answer_conf *conf, const struct answer_now *now,
+                  struct sight_place *place)
 {
     double way2 = 0;
     /* in the time between two pings; more than that since the last one */
     const double drift_m = hypot(fmax(now->pose.drift_m[0] - frame->drift_m[0], 0),
                                  fmax(now->pose.drift_m[1] - frame->drift_m[1], 0));
-    *place = (struct sight_place){.uncertain_m = drift_m, .moved_m = drift_m, .bottom = bottom_unknown};
+    *place = (struct sight_place){.uncertain_m = drift_m, .moved_m = drift_m};
     if (!frame->ned)
         return;
     for (int i = 0; i < 3; i++) {
@@ -241,9 +141,6 @@ void sight_locate(const struct picture *p, const struct picture_frame *frame, co
     place->uncertain_m +=
         place->adrift_rad * sqrt(way2); /* the way since the centre was set, in a wrong direction */
     place->moved_m = sqrt(way2) + place->uncertain_m;
-    place->away = sqrt(way2) > POSE_STEP_MOST_M || now->pose.discontinuities != frame->discontinuities ||
-                  now->pose.withdrawn != frame->withdrawn;
-    place->bottom = bottom_of(p, now, place);
 }
 
 void sight_swing(const struct sight_place *place, const double to[3], double v[3])

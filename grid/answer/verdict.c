@@ -4,23 +4,27 @@
 #include <math.h>
 #include <string.h>
 
+#include "bottom.h"
 #include "promise.h"
 
 #define FARTHEST_M 600.0 /* of a question to the records */
 
 static bool is_ned(const struct verdict *v)
 {
-    return v->query.around ? v->query.band.ned : v->query.line.ned;
+    const struct obstacles_query *q = &v->query;
+    return q->moves ? q->move.ned : q->around ? q->band.ned : q->line.ned;
 }
 
 static double near_of(const struct verdict *v)
 {
-    return v->query.around ? v->query.band.near_m : v->query.line.near_m;
+    const struct obstacles_query *q = &v->query;
+    return q->moves ? q->move.near_m : q->around ? q->band.near_m : q->line.near_m;
 }
 
 static double distance_of(const struct verdict *v)
 {
-    return v->query.around ? v->query.band.reach_m : v->query.line.distance_m;
+    const struct obstacles_query *q = &v->query;
+    return q->moves ? q->move.most_m : q->around ? q->band.reach_m : q->line.distance_m;
 }
 
 static void doubt(struct verdict_part *part, enum answer_reason why)
@@ -34,31 +38,72 @@ static void doubt(struct verdict_part *part, enum answer_reason why)
  * asked for all around. */
 static int levels_of(const struct obstacles_query *q)
 {
-    const double wide = q->around || q->line.corridor ? 0 : q->line.half_angle_rad;
+    const double wide = q->around || q->moves || q->line.corridor ? 0 : q->line.half_angle_rad;
     return wide > geo_rad(30) ? 3 : q->around || wide > geo_rad(15) ? 4 : TILES_LEVELS;
 }
 
 /* Turned into the axes of the records: NED, or the body's without an attitude. */
+static void turn_axis(const struct verdict *v, bool ned, double axis[3])
+{
+    if (v->frame.ned && !ned)
+        quat_rotate(v->by.now->pose.attitude, axis, axis);
+}
+
 static void axis_of(const struct verdict *v, double axis[3])
 {
     geo_direction(v->query.line.az_rad, v->query.line.el_rad, axis);
-    if (v->frame.ned && !v->query.line.ned)
-        quat_rotate(v->by.now->pose.attitude, axis, axis);
+    turn_axis(v, v->query.line.ned, axis);
+}
+
+/* Of one sector. */
+static double width_of(const struct answer_band *q)
+{
+    return (q->width_rad > 0 ? q->width_rad : GEO_TURN) / (double)q->count;
+}
+
+static double middle_rad(const struct answer_band *q, size_t part)
+{
+    return q->width_rad > 0 ? q->from_rad + ((double)part + 0.5) * width_of(q) : (double)part * width_of(q);
 }
 
 static void set_band(const struct verdict *v, size_t part, struct ask_band *band)
 {
     const struct answer_band *q = &v->query.band;
-    const double width = GEO_TURN / (double)q->count;
-    *band =
-        (struct ask_band){.attitude = {1, 0, 0, 0}, .lo_rad = q->lo_rad, .hi_rad = q->hi_rad, .parts = q->count};
+    *band = (struct ask_band){.attitude = {1, 0, 0, 0},
+                              .lo_rad = q->lo_rad,
+                              .hi_rad = q->hi_rad,
+                              .from_rad = q->from_rad,
+                              .width_rad = q->width_rad,
+                              .parts = q->count};
     if (v->frame.ned && !q->ned)
         memcpy(band->attitude, v->by.now->pose.attitude, sizeof band->attitude);
     if (v->all || q->count == 1)
         return;
     band->parts = 1;
-    band->from_rad = geo_wrap(((double)part - 0.5) * width);
-    band->width_rad = width;
+    band->width_rad = width_of(q);
+    band->from_rad = geo_wrap(middle_rad(q, part) - band->width_rad / 2);
+}
+
+static struct ask_question way_question(const struct verdict *v)
+{
+    const struct corridor_query *move = &v->query.move;
+    const double size = geo_length(move->direction), near_m = near_of(v);
+    struct ask_question q = {.kind = ASK_MOVE,
+                             .near_m = near_m,
+                             .level_m = v->horizon.n ? v->horizon.level_m : NULL,
+                             .to_m = fmin(fmax(distance_of(v), near_m + WATER_GRID_M), FARTHEST_M),
+                             .loose_rad = move->ned ? 0 : v->place.turned_rad,
+                             .body = {.up = {0, 0, -1},
+                                      .radius_m = move->body.radius_m,
+                                      .half_height_m = move->body.half_height_m,
+                                      .margin_m = move->body.margin_m}};
+    for (int i = 0; i < 3; i++)
+        q.axis[i] = move->direction[i] / size;
+    memcpy(q.body.drift_m, move->drift_m, sizeof q.body.drift_m);
+    turn_axis(v, move->ned, q.axis);
+    turn_axis(v, move->ned, q.body.drift_m);
+    turn_axis(v, false, q.body.up);
+    return q;
 }
 
 /* So far is asked from there on. Within `near` always as far as that, so that what is found there does not depend on
@@ -109,7 +154,7 @@ static struct store_now now_of(const struct verdict *v)
 
 static void ask_from(struct verdict *v, size_t part, double from_m)
 {
-    const struct ask_question q = question_from(v, part, from_m);
+    const struct ask_question q = v->query.moves ? way_question(v) : question_from(v, part, from_m);
     for (size_t k = v->all ? 0 : part; k < (v->all ? v->parts : part + 1); k++)
         v->part[k].start_m = from_m;
     ask_begin(&v->ask, v->view, v->n, &q);
@@ -131,9 +176,9 @@ static double most_bottom_m(const struct verdict *v, const struct question_run *
 
 /* How far the parts that the tile touches are free of the bottom. Roots come from the lowest on, so most that are
  * higher can tell nothing nearer and are not divided. */
-static void heed_bottom_in(struct verdict *v, const struct bottom *bottom, const struct tile_index *tile)
+static void heed_bottom_in(struct verdict *v, const struct question_shape *q, const struct bottom *bottom,
+                           const struct tile_index *tile)
 {
-    const struct question_shape *q = &v->ask.question;
     const struct water_tile cone = tiles_cone(tile);
     const struct question_run run = question_run(q, &cone);
     struct ask_stretch s;
@@ -146,26 +191,27 @@ static void heed_bottom_in(struct verdict *v, const struct bottom *bottom, const
         return;
     for (int i = 0; i < 4 && tile->level + 1 < BOTTOM_LEVELS; i++) {
         const struct tile_index part = tiles_part(tile, i);
-        heed_bottom_in(v, bottom, &part);
+        heed_bottom_in(v, q, bottom, &part);
     }
     for (size_t k = 0; k < run.n && tile->level + 1 == BOTTOM_LEVELS; k++) {
         struct verdict_part *part = &v->part[(run.at + k) % v->parts];
+        if (least_m < part->bottom_m)
+            memcpy(part->bottom_at, cone.v, sizeof part->bottom_at);
         part->bottom_m = fmin(part->bottom_m, least_m);
     }
 }
 
-static void heed_bottom(struct verdict *v)
+static void heed_bottom(struct verdict *v, const struct question_shape *q)
 {
     const struct answer_now *now = v->by.now;
     if (!v->frame.ned || !(now->pose.has & POSE_ALTITUDE))
         return;
-    const struct bottom bottom =
-        bottom_below(now->pose.altitude_m, -v->place.uncertain_m, v->place.uncertain_m, 0);
+    const struct bottom bottom = bottom_below(now->pose.altitude_m, -v->place.uncertain_m, v->place.uncertain_m);
     for (uint32_t row = 0; row < TILES_ROWS; row++) {
-        uint32_t n, column = question_columns(&v->ask.question, row, &n);
+        uint32_t n, column = question_columns(q, row, &n);
         for (; n > 0; n--, column++) {
             const struct tile_index root = {0, (uint16_t)row, (uint16_t)(column % tiles_columns(row))};
-            heed_bottom_in(v, &bottom, &root);
+            heed_bottom_in(v, q, &bottom, &root);
         }
     }
 }
@@ -359,6 +405,15 @@ static double begins_by(const struct water_view *view, const struct water_tile *
     return INFINITY;
 }
 
+/* The same by all records that count. */
+static double begins_along(const struct verdict *v, const struct water_tile *line, double from_m, double most_m)
+{
+    double least_m = INFINITY;
+    for (int i = 0; i < v->n; i++)
+        least_m = fmin(least_m, begins_by(&v->view[i], line, from_m, most_m));
+    return least_m;
+}
+
 #define UNSOUGHT -INFINITY
 
 static double round_up(double range_m)
@@ -411,7 +466,7 @@ static void middle_of(const struct verdict *v, size_t part, double axis[3])
         return;
     }
     set_band(v, part, &band);
-    geo_direction((double)part * GEO_TURN / (double)v->parts, (band.lo_rad + band.hi_rad) / 2, axis);
+    geo_direction(middle_rad(&v->query.band, part), (band.lo_rad + band.hi_rad) / 2, axis);
     quat_rotate(band.attitude, axis, axis);
 }
 
@@ -649,10 +704,159 @@ static void end_ask(struct verdict *v)
     v->all = v->asking = false;
 }
 
+/* ---- a body that moves ---- */
+
+static void doubt_way(struct corridor *out, enum answer_reason why, const double at[3], double at_m)
+{
+    if (at_m >= out->known_m)
+        return;
+    out->known_m = at_m;
+    out->reason = why;
+    memcpy(out->known_at, at, sizeof out->known_at);
+}
+
+/* The place of the body's way that is nearest to where it ends: a tile reaches beyond that. */
+static void draw_into_way(const struct question_shape *q, double range_m, double at[3])
+{
+    const double wide_m = q->half_width_m + fabs(q->drift_side_m), high_m = q->half_height_m + fabs(q->drift_up_m);
+    const double y = fmax(-wide_m, fmin(range_m * geo_dot(at, q->side), wide_m)),
+                 z = fmax(-high_m, fmin(range_m * geo_dot(at, q->up), high_m)),
+                 x = sqrt(fmax(0, range_m * range_m - y * y - z * z)), r = sqrt(x * x + y * y + z * z);
+    for (int i = 0; i < 3 && r > 0; i++)
+        at[i] = (x * q->asked.axis[i] + y * q->side[i] + z * q->up[i]) / r;
+}
+
+/* Of the water that ends there; it may only begin too late for how far `near` holds. */
+static enum answer_reason reason_of_way(struct verdict *v, struct verdict_part *part)
+{
+    const struct water_tile line = {{part->end_at[0], part->end_at[1], part->end_at[2]}, LOOK_RAD};
+    const enum answer_reason why = reason_of_end(v, part);
+    const bool begins =
+        part->end_m <= near_of(v) && begins_along(v, &line, part->end_m, 4 * near_of(v)) < INFINITY;
+    return begins && why == ANSWER_BEYOND ? ANSWER_BLIND : why;
+}
+
+/* From the axes of the records into those asked about. */
+static void turn_back(const struct verdict *v, double at[3])
+{
+    if (v->frame.ned && !is_ned(v))
+        quat_rotate_inverse(v->by.now->pose.attitude, at, at);
+}
+
+static double age_of(const struct verdict *v, const struct verdict_part *part)
+{
+    return part->oldest_ns ? sight_seconds(v->by.now->now_ns, part->oldest_ns) : -1;
+}
+
+static void finish_way(struct verdict *v, struct verdict_part *part, const struct ask_answer *water)
+{
+    static const double nowhere[3];
+    struct corridor *out = &v->corridor;
+    double at[3];
+    turn_back(v, part->bottom_at);
+    memcpy(part->end_at, water->at, sizeof part->end_at);
+    part->end_m = water->at_m;
+    draw_into_way(&v->ask.question, part->end_m, part->end_at);
+    part->found = false;
+    if (water->oldest >= 0)
+        count_age(part, v->view[water->oldest].record);
+    out->age_s = age_of(v, part);
+    doubt_way(out, ANSWER_BEYOND, part->met.hint_at, part->met.hint_m);
+    doubt_way(out, ANSWER_OUTSIDE, nowhere, part->met.kept_m);
+    doubt_way(out, ANSWER_BOTTOM, part->bottom_at, part->bottom_m);
+    if (water->free_to_m >= out->known_m)
+        return;
+    const enum answer_reason why = reason_of_way(v, part);
+    out->age_s = age_of(v, part);
+    memcpy(at, part->end_at, sizeof at);
+    turn_back(v, at);
+    doubt_way(out, why, at, water->free_to_m);
+}
+
+static void begin_way(struct verdict *v)
+{
+    const struct corridor_query *move = &v->query.move;
+    const struct obstacles_found *met = &v->part[0].met;
+    v->corridor = (struct corridor){.front_m = v->ask.question.front_m,
+                                    .blocked_m = met->any ? met->near_m : INFINITY,
+                                    .blocked_sd_m = met->any ? met->sd_m : 0,
+                                    .confidence = met->any ? met->confidence : 0,
+                                    .blocked_age_s = met->any ? met->age_s : -1,
+                                    .known_m = move->most_m,
+                                    .reason = ANSWER_HEARD,
+                                    .age_s = -1,
+                                    .uncertain_m = v->place.uncertain_m};
+    if (met->any)
+        memcpy(v->corridor.blocked_at, met->at, sizeof met->at);
+}
+
+/* How far `near` holds is asked of the records with all that is uncertain now, or of what they showed without. */
+static void ask_horizon(struct verdict *v)
+{
+    const struct ask_question q = horizon_question(&v->horizon);
+    if (v->horizon.nominal)
+        for (int i = 0; i < v->n; i++) {
+            v->aside[i] = v->view[i];
+            v->aside[i].margin_m = v->aside[i].margin_rad = 0;
+        }
+    ask_begin(&v->ask, v->horizon.nominal ? v->aside : v->view, v->n, &q);
+}
+
+#define NO_NEAR_M 1e-3
+
+/* The bottom ends what is free where nobody needs to have looked, too. */
+static void heed_bottom_of_way(struct verdict *v)
+{
+    struct ask_question from_body = way_question(v);
+    struct question_shape q;
+    from_body.near_m = NO_NEAR_M;
+    from_body.level_m = NULL;
+    question_begin(&q, &from_body);
+    heed_bottom(v, &q);
+}
+
+static void ask_way(struct verdict *v)
+{
+    v->looking = false;
+    ask_from(v, 0, near_of(v));
+    begin_way(v);
+    heed_bottom_of_way(v);
+}
+
+static void look_around(struct verdict *v)
+{
+    const struct ask_question q = way_question(v);
+    v->horizon.promise = promise_begin(v->by.picture, v->by.conf, &v->frame, v->by.now, &v->place);
+    v->looking = horizon_begin(&v->horizon, q.axis, v->frame.axes_rad, near_of(v));
+    if (v->looking)
+        ask_horizon(v);
+    else
+        ask_way(v);
+}
+
+static void end_look(struct verdict *v)
+{
+    const struct horizon_now now = {v->by.now->now_ns, v->view};
+    if (horizon_take(&v->horizon, &v->ask, &now)) {
+        ask_horizon(v);
+        return;
+    }
+    v->n_aside = -1;
+    set_limits_aside(v);
+    horizon_end(&v->horizon, v->view, v->n, v->aside, v->n_aside);
+    ask_way(v);
+}
+
 /* ---- the question ---- */
 
 static void cannot(struct verdict *v, enum answer_reason why)
 {
+    v->corridor = (struct corridor){.blocked_m = INFINITY, .blocked_age_s = -1, .reason = why, .age_s = -1};
+    if (v->query.moves) {
+        const struct ask_question q = way_question(v);
+        question_begin(&v->ask.question, &q);
+        v->corridor.front_m = v->ask.question.front_m;
+    }
     for (size_t k = 0; k < v->parts; k++)
         v->part[k] = (struct verdict_part){.answer = {.state = ANSWER_UNKNOWN, .reason = why, .age_s = -1}};
 }
@@ -669,6 +873,7 @@ static void take_obstacles(struct verdict *v, const struct obstacles_found *foun
                                       .obstacle_m = f->any ? f->near_m : INFINITY,
                                       .against = f->hint_m < INFINITY ? ANSWER_BEYOND : ANSWER_HEARD,
                                       .answer = {.state = ANSWER_UNKNOWN, .age_s = -1}};
+        part->met = *f;
         doubt(part, kept);
         if (f->any && (blocks || v->query.around))
             part->answer = (struct answer){.range_m = f->range_m, .range_sd_m = f->sd_m, .near_m = f->near_m};
@@ -688,7 +893,7 @@ static bool look_at_picture(struct verdict *v)
         cannot(v, why);
         return false;
     }
-    sight_locate(v->by.picture, &v->frame, v->by.conf, v->by.now, &v->place);
+    sight_locate(&v->frame, v->by.conf, v->by.now, &v->place);
     take_obstacles(v, found, obstacles_find(&scene, &v->query, found));
     return true;
 }
@@ -711,7 +916,7 @@ static double beyond_m(const struct verdict *v)
             least_m = distance_of(v);
             continue;
         }
-        sight_locate(v->by.picture, &frame, v->by.conf, v->by.now, &place);
+        sight_locate(&frame, v->by.conf, v->by.now, &place);
         query.line.distance_m = most_asked_m(v);
         obstacles_find(&scene, &query, &found);
         least_m = found.any ? fmax(found.near_m, distance_of(v)) : INFINITY;
@@ -722,7 +927,7 @@ static double beyond_m(const struct verdict *v)
 static void look_beyond(struct verdict *v)
 {
     v->beyond = true;
-    if (!v->query.around && v->part[0].answer.state != ANSWER_BLOCKED)
+    if (v->part[0].answer.state != ANSWER_BLOCKED)
         v->part[0].obstacle_m = beyond_m(v);
 }
 
@@ -737,14 +942,32 @@ bool verdict_begin(struct verdict *v, const struct verdict_evidence *by, const s
     v->parts = obstacles_parts(query);
     v->next = 0;
     v->all = true;
-    v->beyond = v->begun = v->seeking = false;
+    v->beyond = query->moves || query->around;
+    v->begun = v->seeking = false;
     v->n_aside = -1;
+    v->horizon.n = 0;
+    v->looking = false;
+    memset(&v->place, 0, sizeof v->place);
     while (sight_reads(&r))
         possible = look_at_picture(v);
     if (!possible)
         return false;
-    heed_shown(v);
+    if (!v->query.moves)
+        heed_shown(v);
     return true;
+}
+
+static bool step_way(struct verdict *v)
+{
+    if (ask_step(&v->ask))
+        return true;
+    if (v->looking) {
+        end_look(v);
+        return true;
+    }
+    const struct ask_answer water = ask_end(&v->ask, 0);
+    finish_way(v, &v->part[0], &water);
+    return false;
 }
 
 /* The first look at the records. */
@@ -753,11 +976,15 @@ static void begin_asking(struct verdict *v)
     const struct store_now now = now_of(v);
     v->begun = true;
     v->n = store_look(v->by.store, v->by.list, &now, v->view);
+    if (v->query.moves) {
+        look_around(v);
+        return;
+    }
     const double begin_m = most_begin_m(v);
     for (size_t k = 0; k < v->parts; k++)
         v->part[k].stage = begin_m < near_of(v) ? VERDICT_WITHIN : VERDICT_NEAR;
     ask_from(v, 0, begin_m);
-    heed_bottom(v);
+    heed_bottom(v, &v->ask.question);
 }
 
 #define STEP_SETTLED 16   /* in one step, each with a look or two along a line or a tile, ... */
@@ -780,6 +1007,8 @@ bool verdict_step(struct verdict *v)
         begin_asking(v);
         return true;
     }
+    if (v->query.moves)
+        return step_way(v);
     if (v->asking && ask_step(&v->ask))
         return true;
     if (v->asking)

@@ -17,6 +17,7 @@
 #ifndef SONARD_VERDICT_H
 #define SONARD_VERDICT_H
 
+#include "horizon.h"
 #include "obstacles.h"
 #include "grid/water/store.h"
 
@@ -38,20 +39,22 @@ enum verdict_stage { VERDICT_WITHIN, VERDICT_NEAR, VERDICT_BEYOND };
 struct verdict_part {
     struct answer answer;
     enum answer_reason against; /* the gravest that stands against clear, whatever is free */
-    double hint_m;     /* an echo nearer than `near` that is too little to block; INFINITY: there is none */
-    double obstacle_m; /* the nearest may begin here; INFINITY: there is none */
-    double bottom_m;   /* it begins here, in the question's measure; INFINITY: nowhere */
-    double promised_m; /* `near` holds up to here */
+    double hint_m;       /* an echo nearer than `near` that is too little to block; INFINITY: there is none */
+    double obstacle_m;   /* the nearest may begin here; INFINITY: there is none */
+    double bottom_m;     /* it begins here, in the question's measure; INFINITY: nowhere, ... */
+    double bottom_at[3]; /* ... in that direction */
+    double promised_m;   /* `near` holds up to here */
     enum verdict_stage stage;
     int starts;     /* so often the water was asked, ... */
     double start_m; /* ... the last time from here on */
     bool found;     /* some of it is free: */
     double from_m, free_m;
-    uint64_t oldest_ns;      /* the record that this rests on; 0: on none */
-    bool ends;               /* the last time it was not free as far as asked ... */
-    struct tile_index tile;  /* ... in this tile */
-    double line_at[3];       /* in which direction it was free no farther the last time, ... */
-    double end_at[3], end_m; /* ... and in which one, and where, when it was asked first, or found */
+    uint64_t oldest_ns;         /* the record that this rests on; 0: on none */
+    bool ends;                  /* the last time it was not free as far as asked ... */
+    struct tile_index tile;     /* ... in this tile */
+    double line_at[3];          /* in which direction it was free no farther the last time, ... */
+    double end_at[3], end_m;    /* ... and in which one, and where, when it was asked first, or found */
+    struct obstacles_found met; /* by a body that moves */
 };
 
 /* A question on its way. */
@@ -62,10 +65,13 @@ struct verdict {
     struct picture_frame frame;
     struct sight_place place;
     size_t parts, next; /* of the parts the next one that is settled; at first all are asked together */
-    bool beyond;        /* obstacles beyond the distance were looked for */
+    bool beyond;        /* obstacles beyond the distance were looked for, where they count */
     bool begun, all, asking;
     bool seeking;    /* where the tile in which the next part ended begins to be free, ... */
     double sought_m; /* ... from here on */
+    bool looking;    /* how far `near` holds for a body that moves is being asked */
+    struct horizon horizon;
+    struct corridor corridor; /* the answer about it */
     struct verdict_part part[ANSWER_SECTORS_MAX];
     int n, n_aside; /* negative: not looked at yet */
     struct water_view view[ASK_RECORDS], aside[ASK_RECORDS];
@@ -83,6 +89,12 @@ bool verdict_step(struct verdict *v);
 static inline const struct answer *verdict_of(const struct verdict *v, size_t part)
 {
     return &v->part[part].answer;
+}
+
+/** verdict_corridor - the answer about a body that moves. */
+static inline const struct corridor *verdict_corridor(const struct verdict *v)
+{
+    return &v->corridor;
 }
 
 #endif

@@ -4,14 +4,14 @@
 #include <math.h>
 #include <string.h>
 
-static size_t block_words(uint32_t n)
+static size_t holds_words(uint32_t n)
 {
-    return ((size_t)n + 63) / 64 * PICTURE_BLOCK_WORDS;
+    return ((size_t)n + 63) / 64;
 }
 
 size_t picture_bytes(uint32_t n)
 {
-    return 2 * ((size_t)n * PICTURE_WORDS + block_words(n)) * sizeof(snapshot_word) + (size_t)n * sizeof(uint32_t);
+    return 2 * ((size_t)n * PICTURE_WORDS + holds_words(n)) * sizeof(snapshot_word) + (size_t)n * sizeof(uint32_t);
 }
 
 void picture_set_fade(struct picture *p, double fade_s)
@@ -22,7 +22,7 @@ void picture_set_fade(struct picture *p, double fade_s)
 void picture_init(struct picture *p, const struct rings *rings, const double (*axis)[3], double fade_s,
                   double blocked_logodds, void *memory)
 {
-    const size_t words = (size_t)rings->n * PICTURE_WORDS, blocks = block_words(rings->n);
+    const size_t words = (size_t)rings->n * PICTURE_WORDS, holds = holds_words(rings->n);
     snapshot_word *word = memory;
     p->n = rings->n;
     p->rings = rings;
@@ -31,12 +31,12 @@ void picture_init(struct picture *p, const struct rings *rings, const double (*a
     p->blocked_logodds = (float)blocked_logodds;
     p->side[0].word = word;
     p->side[1].word = word + words;
-    p->side[0].block = word + 2 * words;
-    p->side[1].block = p->side[0].block + blocks;
-    p->changed = (uint32_t *)(p->side[1].block + blocks);
+    p->side[0].holds = word + 2 * words;
+    p->side[1].holds = p->side[0].holds + holds;
+    p->changed = (uint32_t *)(p->side[1].holds + holds);
     p->n_changed = 0;
     atomic_init(&p->turn.number, 0);
-    for (size_t i = 0; i < 2 * (words + blocks); i++)
+    for (size_t i = 0; i < 2 * (words + holds); i++)
         atomic_init(&word[i], 0);
     for (size_t i = 0; i < PICTURE_FRAME_WORDS; i++) {
         atomic_init(&p->side[0].frame[i], 0);
@@ -56,28 +56,19 @@ void picture_begin(struct picture *p)
     p->n_changed = 0;
 }
 
-/* A log-odds with the near edge behind it: no echo when both are 0. */
-static bool is_told(const struct picture_entry *e)
+static void mark(struct picture_side *side, uint32_t direction, bool holds)
 {
-    return e->free[0].t_ping_ns || e->obstacle[0].logodds != 0 || e->obstacle[0].near_m != 0 || e->hint_m > 0;
-}
-
-static void mark(struct picture_side *side, uint32_t direction, const struct picture_entry *entry)
-{
-    snapshot_word *const at = side->block + direction / 64 * PICTURE_BLOCK_WORDS;
-    const uint64_t bit = UINT64_C(1) << direction % 64;
-    struct picture_block block;
-    snapshot_load(&block, at, PICTURE_BLOCK_WORDS);
-    block.told = is_told(entry) ? block.told | bit : block.told & ~bit;
-    block.obstacle = entry->obstacle[0].logodds > 0 ? block.obstacle | bit : block.obstacle & ~bit;
-    snapshot_store(at, &block, PICTURE_BLOCK_WORDS);
+    snapshot_word *const at = side->holds + direction / 64;
+    const uint64_t bit = UINT64_C(1) << direction % 64, was = atomic_load_explicit(at, memory_order_relaxed),
+                   is = holds ? was | bit : was & ~bit;
+    snapshot_store(at, &is, 1);
 }
 
 void picture_set(struct picture *p, uint32_t direction, const struct picture_entry *entry)
 {
     struct picture_side *side = behind(p);
     snapshot_store(side->word + (size_t)direction * PICTURE_WORDS, entry, PICTURE_WORDS);
-    mark(side, direction, entry);
+    mark(side, direction, entry->obstacle[0].logodds > 0);
     if (p->n_changed < p->n)
         p->changed[p->n_changed++] = direction;
 }
@@ -104,12 +95,11 @@ void picture_end(struct picture *p)
     if (all)
         copy_words(back->word, front->word, (size_t)p->n * PICTURE_WORDS);
     if (all)
-        copy_words(back->block, front->block, block_words(p->n));
+        copy_words(back->holds, front->holds, holds_words(p->n));
     for (uint32_t i = 0; i < p->n_changed && !all; i++) {
         const size_t at = (size_t)p->changed[i] * PICTURE_WORDS;
-        const size_t block = p->changed[i] / 64 * PICTURE_BLOCK_WORDS;
         copy_words(back->word + at, front->word + at, PICTURE_WORDS);
-        copy_words(back->block + block, front->block + block, PICTURE_BLOCK_WORDS);
+        copy_words(back->holds + p->changed[i] / 64, front->holds + p->changed[i] / 64, 1);
     }
 }
 
@@ -151,17 +141,6 @@ static double nearest_told_m(const struct picture_side *side, uint32_t direction
     float hint_m[2];
     memcpy(hint_m, &w, sizeof hint_m);
     return hint_m[0] > 0 && (double)hint_m[0] < edge_m ? (double)hint_m[0] : edge_m;
-}
-
-double picture_edge_m(struct picture *p, uint32_t direction)
-{
-    for (int i = 0; i < SNAPSHOT_TRIES; i++) {
-        const uint64_t number = picture_now(p);
-        const double edge_m = nearest_edge_m(&p->side[number & 1], direction);
-        if (picture_still(p, number))
-            return edge_m;
-    }
-    return 0;
 }
 
 double picture_told_m(struct picture *p, uint32_t direction)

@@ -15,7 +15,6 @@
 
 #include "core/snapshot.h"
 #include "bearings.h"
-#include "free_interval.h"
 #include "rings.h"
 
 #define PICTURE_OBSTACLES 2
@@ -31,15 +30,14 @@ struct picture_obstacle {
 
 /* One direction. */
 struct picture_entry {
-    struct free_interval free[FREE_INTERVALS];           /* of the water; no time in the first: never pinged */
+    uint64_t t_look_ns; /* a ping looked in this direction last; 0: never. Advice on where to look, and no more */
     struct picture_obstacle obstacle[PICTURE_OBSTACLES]; /* nearest first */
     float hint_m; /* near edge of the nearest echo that is too little to block, > 0; 0: none */
     uint32_t reserved;
 };
 
 #define PICTURE_WORDS (sizeof(struct picture_entry) / 8)
-_Static_assert(sizeof(struct picture_entry) == FREE_INTERVALS * 32 + PICTURE_OBSTACLES * 32 + 8,
-               "picture entries are whole words");
+_Static_assert(sizeof(struct picture_entry) == 8 + PICTURE_OBSTACLES * 32 + 8, "picture entries are whole words");
 
 /* The same for all directions. */
 struct picture_frame {
@@ -51,7 +49,7 @@ struct picture_frame {
     double path_m;            /* distance travelled by then */
     double recentre_m;        /* the centre lies at most so far from the vehicle at its last ping */
     uint64_t ned;             /* 1: the axes are fixed in the world; 0: they are the body's */
-    uint64_t discontinuities; /* of the attitude, until the newest ping: no free interval is from before them */
+    uint64_t discontinuities; /* of the attitude, until the newest ping */
     uint64_t withdrawn;       /* so often poses had been withdrawn, until the newest ping */
     double drift_m[2];        /* of the vehicle, level and in depth, by which every reported distance is less */
     double turn_s;            /* longest that a turn of a sonar took; 0: none is over yet */
@@ -62,18 +60,10 @@ struct picture_frame {
 #define PICTURE_FRAME_WORDS (sizeof(struct picture_frame) / 8)
 _Static_assert(sizeof(struct picture_frame) % 8 == 0, "a frame is whole words");
 
-/* A summary of directions 64 k to 64 k + 63, a bit each. */
-struct picture_block {
-    uint64_t told;     /* their entries say something: a ping has covered it, or an echo came from it */
-    uint64_t obstacle; /* they hold one, however weak */
-};
-
-#define PICTURE_BLOCK_WORDS (sizeof(struct picture_block) / 8)
-
 struct picture_side {
     snapshot_word frame[PICTURE_FRAME_WORDS];
     snapshot_word *word;  /* [n][PICTURE_WORDS] */
-    snapshot_word *block; /* [n / 64, rounded up][PICTURE_BLOCK_WORDS] */
+    snapshot_word *holds; /* [n / 64, rounded up]: a bit for each direction that holds an obstacle */
 };
 
 struct picture {
@@ -119,23 +109,14 @@ void picture_get(struct picture *p, uint32_t direction, struct picture_entry *en
 void picture_get_frame(struct picture *p, struct picture_frame *frame);
 
 /**
- * picture_block - readers: of directions 64 k to 64 k + 63. Every bit is set where that is not known. Much cheaper
- * than to get their entries: most directions of most grids say nothing.
+ * picture_holding - readers: of directions 64 k to 64 k + 63 those that hold an obstacle, however weak, a bit each; all
+ * where that is not known. Much cheaper than to get their entries: most directions of most grids hold none.
  */
-static inline struct picture_block picture_block(struct picture *p, uint32_t k)
+static inline uint64_t picture_holding(struct picture *p, uint32_t k)
 {
-    const size_t at = k * PICTURE_BLOCK_WORDS;
-    const snapshot_word *const side[2] = {p->side[0].block + at, p->side[1].block + at};
-    struct picture_block block;
-    if (!snapshot_copy(&p->turn, &block, side, PICTURE_BLOCK_WORDS))
-        block = (struct picture_block){UINT64_MAX, UINT64_MAX};
-    return block;
-}
-
-/** picture_blank - readers: the direction's entry says nothing. */
-static inline bool picture_blank(struct picture *p, uint32_t direction)
-{
-    return !(picture_block(p, direction / 64).told >> direction % 64 & 1);
+    const snapshot_word *const side[2] = {p->side[0].holds + k, p->side[1].holds + k};
+    uint64_t holding;
+    return snapshot_copy(&p->turn, &holding, side, 1) ? holding : UINT64_MAX;
 }
 
 /* Where in an entry the log-odds of an obstacle are, with its near edge behind. */
@@ -152,11 +133,8 @@ static inline uint64_t picture_word(const struct picture_side *side, uint32_t di
     return atomic_load_explicit(&side->word[(size_t)direction * PICTURE_WORDS + byte / 8], memory_order_acquire);
 }
 
-/** picture_edge_m - readers: no obstacle of that direction begins nearer to the grid's centre; INFINITY: there is none.
- * 0 where it is not known. */
-double picture_edge_m(struct picture *p, uint32_t direction);
-
-/** picture_told_m - the same of an obstacle and of an echo that is too little to block. */
+/** picture_told_m - readers: no obstacle of that direction, nor an echo that is too little to block, begins nearer to
+ * the grid's centre; INFINITY: there is none. 0 where it is not known. */
 double picture_told_m(struct picture *p, uint32_t direction);
 
 /** picture_logodds - of an obstacle at now_ns: exact exponential fading, none before t_ref. */

@@ -123,13 +123,6 @@ uint32_t rings_ring(const struct rings *rings, uint32_t direction)
     return lo;
 }
 
-void rings_beside(const struct rings *rings, uint32_t d, uint32_t beside[2])
-{
-    const uint32_t ring = rings_ring(rings, d);
-    for (int side = 0; side < 2; side++)
-        beside[side] = rings_aside(rings, ring, d, side);
-}
-
 double rings_width(const struct rings *rings, uint32_t ring)
 {
     return GEO_TURN / cells_of(rings, ring);

@@ -59,9 +59,6 @@ static inline uint32_t rings_aside(const struct rings *rings, uint32_t ring, uin
     return d > first ? d - 1 : last;
 }
 
-/** rings_beside - the two directions on both sides of d in its ring; d itself where it is alone there. */
-void rings_beside(const struct rings *rings, uint32_t d, uint32_t beside[2]);
-
 /** rings_width - width of the cells of a ring in azimuth. */
 double rings_width(const struct rings *rings, uint32_t ring);
 

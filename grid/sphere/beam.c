@@ -15,68 +15,25 @@ static double off_axis(double aside, double upward)
     return sine < 1 ? asin(sine) : GEO_PI;
 }
 
-const double beam_part_share[BEAM_PARTS] = {[BEAM_AXIS] = BEAM_AXIS_SHARE, [BEAM_SIDE] = BEAM_SIDE_SHARE};
-
 static double tan_of(double half_rad)
 {
     return tan(fmin(half_rad, WIDEST_HALF_RAD));
 }
 
-/* Where no beam is on that side, the beam's own ellipse at the height of the row ends it: as far off as the seam. */
-static double row_reach(const struct beam_row *row, float side_rad, double more_rad)
+struct beam_opening beam_opening(double az_rad, double el_rad)
 {
-    return side_rad > 0 ? (double)side_rad + more_rad : (double)row->seam_rad;
-}
-
-void beam_row_open(struct beam_opening *o, const struct beam_row *row, double less_az_rad, double less_el_rad)
-{
-    const double half_az = (double)row->half_az_rad, half_el = (double)row->half_el_rad;
-    const double seam = ((double)row->seam_rad + less_az_rad) / half_az;
-    o->axes[0] = row->several ? 0 : half_az;
-    o->axes[1] = row->several ? 0 : half_el;
-    o->less[0] = less_az_rad;
-    o->less[1] = less_el_rad;
-    for (enum beam_part k = 0; k < BEAM_PARTS; k++) {
-        const double share = beam_part_share[k];
-        o->patch[k] = (struct beam_patch){0};
-        if (!(row->left_rad + row->right_rad > 0 && seam <= share))
-            continue;
-        const double more = (share - seam) * half_az; /* of the beam's own part, beyond the seam */
-        o->patch[k] =
-            (struct beam_patch){.tan_left = (1 + BEAM_EDGE) * tan_of(row_reach(row, row->left_rad, more)),
-                                .tan_right = (1 + BEAM_EDGE) * tan_of(row_reach(row, row->right_rad, more)),
-                                .tan_el = tan_of(sqrt(share * share - seam * seam) * half_el - less_el_rad)};
-    }
-}
-
-struct beam_opening beam_opening(double az_rad, double el_rad, double height_rad, bool level)
-{
-    const double half_az = fmin(az_rad / 2, GEO_PI), half_el = el_rad / 2, within = half_el - height_rad / 2;
+    const double half_az = fmin(az_rad / 2, GEO_PI), half_el = el_rad / 2;
     const double bend = 1 - cos(fmin(half_az, GEO_PI / 2)); /* of an arc of equal elevation */
-    const bool too_high = !level && height_rad > 4 * half_el;
     const double aside = sin(fmin(half_az, GEO_PI / 2)), upward = sin(fmin(half_el, GEO_PI / 2)) + bend;
-    struct beam_opening o = {
-        .half_az = half_az,
-        .half_el = half_el,
-        .sin_az = sin(half_az),
-        .cos_az = cos(half_az),
-        .aside = aside,
-        .upward = upward,
-        .off_rad = off_axis(aside, upward),
-        .tan_az = tan_of(half_az),
-        .tan_el = tan_of(within > 0 || level ? within : height_rad / 2),
-        .tan_high = tan_of(half_el),
-        .widest_rad = too_high ? 0 : 4 * half_az,
-    };
-    beam_row_open(&o, &(struct beam_row){.half_az_rad = (float)half_az, .half_el_rad = (float)half_el}, 0, 0);
-    return o;
-}
-
-struct beam_opening beam_opening_freed(const struct beam_opening *own, double cell_width_rad)
-{
-    const double half_az = (1 + BEAM_EDGE) * fmax(own->half_az, cell_width_rad / 2), tan_el = fmax(own->tan_el, 0);
-    const double aside = sin(fmin(half_az, WIDEST_HALF_RAD)), upward = tan_el / sqrt(1 + tan_el * tan_el);
-    return (struct beam_opening){.aside = aside, .upward = upward, .off_rad = off_axis(aside, upward)};
+    return (struct beam_opening){.half_az = half_az,
+                                 .half_el = half_el,
+                                 .sin_az = sin(half_az),
+                                 .cos_az = cos(half_az),
+                                 .tan_az = tan_of(half_az),
+                                 .tan_el = tan_of(half_el),
+                                 .aside = aside,
+                                 .upward = upward,
+                                 .off_rad = off_axis(aside, upward)};
 }
 
 void beam_place(struct beam *b, double az_rad, double el_rad, const struct beam_opening *opening,
@@ -115,45 +72,12 @@ void beam_of(struct beam *b, const struct echoes *ping, uint16_t index, const st
     b->heard = h;
 }
 
-void beam_blur(struct beam *b, const double blur_m[3], double any_m)
-{
-    memcpy(b->blur_m, blur_m, sizeof b->blur_m);
-    b->margin_m = any_m;
-}
-
-/*
- * A place r from the sensor, with the line's components `along` and `across` as seen there, is at most
- * hypot(r + along, across) and at least r - along from wherever on the line the sensor is.
- */
-struct beam_water beam_surely_free(const struct beam *b, const struct beam_water *w)
-{
-    const struct pose_blur blur = pose_blur_of(b->blur_m, b->axis, b->opening->off_rad);
-    const double off_m = blur.along_m + b->margin_m, across2 = blur.across_m * blur.across_m;
-    if (!(off_m > 0 || across2 > 0))
-        return *w;
-    const struct beam_water within = {w->from_m,
-                                      sqrt(fmax(w->to_m * w->to_m - across2, 0)),
-                                      sqrt(fmax(w->side_to_m * w->side_to_m - across2, 0)),
-                                      w->edge_from_m,
-                                      sqrt(fmax(w->edge_to_m * w->edge_to_m - across2, 0)),
-                                      w->nested};
-    return beam_water_less(&within, off_m);
-}
-
-struct beam_water beam_water_less(const struct beam_water *w, double by_m)
-{
-    return (struct beam_water){w->from_m + by_m,      w->to_m - by_m,      w->side_to_m - by_m,
-                               w->edge_from_m + by_m, w->edge_to_m - by_m, w->nested};
-}
-
 struct beam_cell beam_cell_of(double width_rad, double height_rad, double el_rad)
 {
     const double across_rad = width_rad * cos(el_rad), half = fmin(width_rad / 2, GEO_PI);
     struct beam_cell cell = {.across_rad = across_rad,
                              .tan_across = tan(fmin(across_rad / 2, WIDEST_HALF_RAD)),
-                             .per_level = 1 / cos(el_rad),
-                             .cos_half = cos(half),
-                             .sin_half = sin(half)};
+                             .per_level = 1 / cos(el_rad)};
     for (int i = -1; i <= 1; i++) {
         const double el = el_rad + i * height_rad / 2;
         cell.aside = fmax(cell.aside, cos(el) * sin(fmin(half, GEO_PI / 2)));
@@ -165,14 +89,6 @@ struct beam_cell beam_cell_of(double width_rad, double height_rad, double el_rad
     }
     cell.across = sqrt(cell.aside * cell.aside + cell.upward * cell.upward);
     return cell;
-}
-
-void beam_cell_side(const struct beam_cell *cell, const double u[3], int side, double out[3])
-{
-    const double x = u[0], y = u[1], sine = side * cell->sin_half;
-    out[0] = cell->cos_half * x - sine * y;
-    out[1] = sine * x + cell->cos_half * y;
-    out[2] = u[2];
 }
 
 /* Half the sides of a cell whose middle is at_m along u, laid on the sphere about the sensor that goes through it. */
@@ -244,42 +160,12 @@ double beam_meet(const struct beam *b, const double u[3], double range_m)
     return d < 0 ? -1 : along + sqrt(d);
 }
 
-/* Where a ray whose beginning is farther from the sensor than range_m comes as near as that; 0 for others. */
-static double come_within(const struct beam *b, const double u[3], double range_m)
-{
-    if (b->lever_m <= range_m)
-        return 0;
-    const double along = geo_dot(u, b->origin_m), d = along * along - b->lever_m * b->lever_m + range_m * range_m;
-    return d < 0 ? INFINITY : along - sqrt(d);
-}
-
 double beam_share(double off, double half, double width)
 {
     double share = (half + width / 2 - fabs(off)) / width;
     double most = 2 * half / width;
     share = share < most ? share : most;
     return share < 0 ? 0 : share > 1 ? 1 : share;
-}
-
-/* Cuts the stretch to where slope * r >= offset: one side of the beam. False when nothing is left. */
-static bool cut_side(struct stretch *st, double slope, double offset)
-{
-    if (slope > 1e-12) {
-        if (offset / slope > st->from_m) {
-            st->from_m = offset / slope;
-            st->enters_aside = true;
-        }
-    } else if (slope < -1e-12) {
-        if (offset >= 0)
-            return false;
-        if (offset / slope < st->to_m) {
-            st->to_m = offset / slope;
-            st->leaves_aside = true;
-        }
-    } else if (offset > 0) {
-        return false;
-    }
-    return st->from_m < st->to_m;
 }
 
 /* Does any of the cell, with its middle at v from the sensor, lie on the inner side of a plane through the sensor? */
@@ -300,183 +186,6 @@ bool beam_holds(const struct beam *b, const struct beam_cell *cell, const double
         return false;
     const bool left = inside(&sides, b->left, v), right = inside(&sides, b->right, v);
     return b->opening->half_az > GEO_PI / 2 ? left || right : left && right && inside(&sides, b->ahead, v);
-}
-
-/* The flat sides at these angles, farther in by what of the sensor's place is not known. */
-static struct beam_sides sides_at(const struct beam *b, double tan_az, double tan_el)
-{
-    const double margin_el_m = b->margin_m + b->margin_el_m;
-    const double along_m = fabs(geo_dot(b->blur_m, b->axis));
-    struct beam_sides f = {.tan_az = tan_az, .tan_el = tan_el};
-    f.in_az = b->margin_m > 0 ? b->margin_m * sqrt(1 + tan_az * tan_az) : 0;
-    f.in_el = margin_el_m > 0 ? margin_el_m * sqrt(1 + tan_el * tan_el) : 0;
-    f.in_az += tan_az * along_m + fabs(geo_dot(b->blur_m, b->side));
-    f.in_el += tan_el * along_m + fabs(geo_dot(b->blur_m, b->up));
-    return f;
-}
-
-bool beam_sides(const struct beam *b, const struct beam_cell *cell, struct beam_sides *f)
-{
-    const struct beam_opening *o = b->opening;
-    if (cell->across_rad > o->widest_rad || !(o->tan_el > 0))
-        return false;
-    *f = sides_at(b, cell->tan_across > o->tan_az ? cell->tan_across : o->tan_az, o->tan_el);
-    return true;
-}
-
-/* Cuts the stretch to what of the ray is between the sides. False when nothing is left. */
-static bool cut_sides(const struct beam *b, const struct beam_sides *f, const struct beam_ray *ray,
-                      struct stretch *st)
-{
-    const double x = ray->along, y = ray->aside, z = ray->upward;
-    const double ox = b->offset_m[0], oy = b->offset_m[1], oz = b->offset_m[2];
-    return cut_side(st, f->tan_az * x - y, f->tan_az * ox - oy + f->in_az) &&
-           cut_side(st, f->tan_az * x + y, f->tan_az * ox + oy + f->in_az) &&
-           cut_side(st, f->tan_el * x - z, f->tan_el * ox - oz + f->in_el) &&
-           cut_side(st, f->tan_el * x + z, f->tan_el * ox + oz + f->in_el);
-}
-
-/* ---- what is free in the parts of a beam ---- */
-
-/* What another part frees joins it where they touch; else the longer stays. */
-static void add_run(struct stretch *st, double from_m, double to_m)
-{
-    if (!(to_m > from_m))
-        return;
-    if (st->to_m > st->from_m && from_m <= st->to_m && to_m >= st->from_m) {
-        st->from_m = fmin(st->from_m, from_m);
-        st->to_m = fmax(st->to_m, to_m);
-    } else if (to_m - from_m > st->to_m - st->from_m) {
-        st->from_m = from_m;
-        st->to_m = to_m;
-    }
-}
-
-/* How far the cell reaches from its middle, along the beam's axis, to its side and up, of a unit's way along it. */
-struct box {
-    double along, aside, upward;
-};
-
-static struct box box_of(const struct beam *b, const struct beam_cell *cell, const double u[3])
-{
-    const double cos_az = u[0] * cell->per_level, sin_az = u[1] * cell->per_level;
-    const double wide = cell->aside, high = cell->upward;
-    const double w[3] = {-wide * sin_az, wide * cos_az, 0},
-                 h[3] = {high * u[2] * cos_az, high * u[2] * sin_az, -high * (u[0] * cos_az + u[1] * sin_az)};
-    return (struct box){fabs(geo_dot(w, b->axis)) + fabs(geo_dot(h, b->axis)),
-                        fabs(geo_dot(w, b->side)) + fabs(geo_dot(h, b->side)),
-                        fabs(geo_dot(w, b->up)) + fabs(geo_dot(h, b->up))};
-}
-
-/* Cuts the stretch to where the ray, with the box about it, is within the patch. */
-static bool cut_patch(const struct beam *b, const struct beam_patch *p, const struct beam_ray *ray,
-                      const struct box *box, struct stretch *st)
-{
-    const struct beam_sides in = sides_at(b, fmax(fabs(p->tan_left), fabs(p->tan_right)), p->tan_el);
-    const double *o = b->offset_m, low = ray->along - box->along;
-    const double left = p->tan_left * ray->along - box->aside, right = p->tan_right * ray->along - box->aside;
-    const double high = p->tan_el * low - box->upward;
-    return cut_side(st, right - ray->aside, p->tan_right * o[0] - o[1] + in.in_az) &&
-           cut_side(st, left + ray->aside, p->tan_left * o[0] + o[1] + in.in_az) &&
-           cut_side(st, high - ray->upward, p->tan_el * o[0] - o[2] + in.in_el) &&
-           cut_side(st, high + ray->upward, p->tan_el * o[0] + o[2] + in.in_el);
-}
-
-/*
- * Of the rectangles within the ellipse of a part the one about where the cell is at range_m, as much larger than that
- * in width as in height. An angle is no more than its tangent. Where the cell is not wholly in the part as far as
- * that: a square one.
- */
-static bool own_patch(const struct beam *b, enum beam_part part, const struct beam_ray *ray, const struct box *box,
-                      double range_m, struct beam_patch *out)
-{
-    const struct beam_opening *o = b->opening;
-    const double share2 = beam_part_share[part] * beam_part_share[part];
-    const double along_m = range_m * (ray->along - box->along) - b->offset_m[0];
-    const double aside_m = fabs(range_m * ray->aside - b->offset_m[1]) + range_m * box->aside,
-                 upward_m = fabs(range_m * ray->upward - b->offset_m[2]) + range_m * box->upward;
-    double az2 = share2, el2 = share2;
-    if (!(o->axes[0] > 0))
-        return false;
-    if (along_m > 0) {
-        az2 = (aside_m / along_m + o->less[0]) / o->axes[0];
-        el2 = (upward_m / along_m + o->less[1]) / o->axes[1];
-        az2 *= az2;
-        el2 *= el2;
-    }
-    const double slack = (share2 - az2 - el2) / 2;
-    const double az = sqrt(slack >= 0 ? az2 + slack : share2 / 2),
-                 el = sqrt(slack >= 0 ? el2 + slack : share2 / 2);
-    const double tan_az = az * o->axes[0] - o->less[0];
-    *out = (struct beam_patch){tan_az, tan_az, el * o->axes[1] - o->less[1]};
-    return tan_az > 0 && out->tan_el > 0;
-}
-
-/* Of where the beam looks along the ray: at its edge, that is, in all of it; and farther where all of the cell lies in
- * a part of the beam, or the ray in that of the row. */
-static void free_in_parts(const struct beam *b, const struct box *box, const struct beam_ray *ray,
-                          const struct beam_water *w, struct stretch *st)
-{
-    const double reach_m[BEAM_PARTS] = {[BEAM_AXIS] = w->to_m, [BEAM_SIDE] = w->side_to_m};
-    const struct stretch look = {.from_m = st->look_from_m, .to_m = st->look_to_m};
-    const struct box high = {box->along, 0, box->upward};
-    st->from_m = st->to_m = 0;
-    const double edge_m = fmax(beam_meet(b, ray->u, w->edge_from_m), come_within(b, ray->u, w->edge_to_m));
-    add_run(st, fmax(look.from_m, edge_m), fmin(look.to_m, beam_meet(b, ray->u, w->edge_to_m)));
-    for (enum beam_part k = BEAM_PARTS; k-- > 0;) {
-        const struct stretch all = {.from_m = fmax(look.from_m, come_within(b, ray->u, reach_m[k])),
-                                    .to_m = fmin(look.to_m, beam_meet(b, ray->u, reach_m[k]))};
-        const struct beam_patch *row = &b->opening->patch[k];
-        struct beam_patch own;
-        struct stretch in = all;
-        if (!(all.to_m > all.from_m))
-            continue;
-        if (row->tan_el > 0 && cut_patch(b, row, ray, &high, &in))
-            add_run(st, in.from_m, in.to_m);
-        in = all;
-        if (own_patch(b, k, ray, box, all.to_m, &own) && cut_patch(b, &own, ray, box, &in))
-            add_run(st, in.from_m, in.to_m);
-    }
-}
-
-void beam_stretch_aside(const struct beam *b, const struct beam_cell *cell, const struct beam_ray *side,
-                        const struct beam_water *water, struct stretch *st)
-{
-    if (!water->nested)
-        return;
-    struct box box = box_of(b, cell, side->u);
-    box.aside = 0;
-    free_in_parts(b, &box, side, water, st);
-}
-
-bool beam_stretch(const struct beam *b, const struct beam_cell *cell, const struct beam_ray *ray,
-                  const struct beam_water *water, struct stretch *st)
-{
-    struct beam_sides f;
-    if (!beam_sides(b, cell, &f))
-        return false;
-    *st = (struct stretch){.to_m = INFINITY};
-    if (!cut_sides(b, &f, ray, st))
-        return false;
-    const double from = fmax(beam_meet(b, ray->u, water->from_m), come_within(b, ray->u, water->to_m)),
-                 to = beam_meet(b, ray->u, water->to_m);
-    if (from >= st->from_m) {
-        st->from_m = from;
-        st->enters_aside = false;
-    }
-    if (to <= st->to_m) {
-        st->to_m = to;
-        st->leaves_aside = false;
-    }
-    st->look_from_m = st->from_m;
-    st->look_to_m = st->to_m;
-    if (!(st->to_m > st->from_m))
-        return false;
-    if (water->nested) {
-        const struct box box = box_of(b, cell, ray->u);
-        free_in_parts(b, &box, ray, water, st);
-    }
-    return true;
 }
 
 /* The least of q . origin / lever over the opening: -1, the beam looks back at the grid's centre; 1, away from it. */

@@ -2,8 +2,8 @@
 /*
  * course - the division into directions follows the vehicle's course: azimuth 0 of the grid is where it goes. Only the
  * division turns, about the vertical. Points stay where they are in NED, so a turn adds no doubt to them and no number
- * of turns adds up to a drift; cells are sorted anew from them, and free intervals made anew from the wedges. A ray of
- * the new division lies between two of the old one: where something stood in either, its free water ends.
+ * of turns adds up to a drift; cells are sorted anew from them. When a direction was looked at goes to the one that
+ * holds its middle then.
  */
 #ifndef SONARD_COURSE_H
 #define SONARD_COURSE_H
@@ -16,7 +16,7 @@
  * heading; while the bow points more than 60 degrees up or down the axes stay. Cost of a turn:
  * all cells and all directions, once.
  */
-void course_follow(struct sphere *s, const struct pose *pose, uint64_t t_ns);
+void course_follow(struct sphere *s, const struct pose *pose);
 
 /** course_end - azimuth 0 of the grid is as it was before the first pose; for a grid that holds nothing. */
 void course_end(struct sphere *s);

@@ -4,7 +4,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "sensor.h"
 #include "view.h"
 
 static void loosen(struct cell *c, double by_m)
@@ -57,6 +56,7 @@ static void place_cell(struct sphere *s, uint32_t index, double way_m, uint64_t 
     const bool sure = surely_stays(s, cell, v, range);
     const int32_t layer = sure ? cell->layer : layers_index(&s->layers, range);
     const uint32_t d = sure ? cell->direction : sphere_holding(s, v);
+    state_mark(s, cell->direction); /* it is seen at another range */
     if (d == cell->direction && layer == cell->layer) {
         s->nearest_m = fmin(s->nearest_m, s->layers.edge[layer]);
         return;
@@ -100,6 +100,7 @@ static void bring_nearer(struct sphere *s, double by_m)
         double v[3];
         const double half_m = state_vector(s, c, v) / 2;
         c->near_m = (float)fmax(c->near_m, fmin(c->near_m + by_m, half_m));
+        state_mark(s, c->direction);
     }
 }
 
@@ -114,39 +115,28 @@ static void count_drift(struct sphere *s, const double drift_m[2])
     bring_nearer(s, hypot(more_m[0], more_m[1]));
 }
 
+/*
+ * The picture counts a drift that the vehicle has not made yet, so that it holds for some pings; once poses have a
+ * position, what it was in the end. Of all pings the greatest counts: one that was dated back brings less.
+ */
 void motion_drifted(struct sphere *s, const struct pose *pose)
 {
-    for (int k = 0; k < 2; k++)
-        s->drifted_m[k] = fmax(s->drifted_m[k], pose->drift_m[k]);
+    double counts_m[2];
+    bool changed = false;
     s->drifts = pose->drift_mps > 0;
-    s->outrun = pose->drift_m[0] > s->frame.drift_m[0] || pose->drift_m[1] > s->frame.drift_m[1];
-    if (s->outrun)
-        count_drift(s, (const double[2]){fmax(pose->drift_m[0], s->frame.drift_m[0]),
-                                         fmax(pose->drift_m[1], s->frame.drift_m[1])});
+    for (int k = 0; k < 2; k++) {
+        s->drifted_m[k] = fmax(s->drifted_m[k], pose->drift_m[k]);
+        counts_m[k] = s->drifted_m[k] + (s->drifts ? s->conf.recentre_m : 0);
+        changed |= s->drifts ? s->drifted_m[k] >= s->frame.drift_m[k] : s->drifted_m[k] != s->frame.drift_m[k];
+    }
+    if (changed)
+        count_drift(s, counts_m);
     s->ahead_m = 0;
     if (s->drifts)
         s->ahead_m = hypot(s->frame.drift_m[0] - pose->drift_m[0], s->frame.drift_m[1] - pose->drift_m[1]);
 }
 
-#define JUDGE_NS 200000000u /* pings free nothing by themselves while the vehicle drifts */
-
-/*
- * The picture is made for a drift that the vehicle has not made yet, so that it holds until the next time; once poses
- * have a position, for what it was in the end. Of all pings the greatest counts: one that was dated back brings less.
- */
-void motion_drift(struct sphere *s, const struct pose *pose, uint64_t t_ns)
-{
-    const double ahead_m = s->drifts ? s->conf.recentre_m : 0;
-    const double *made_m = s->drifted_m, *counts_m = s->frame.drift_m;
-    const bool over = !s->drifts && (counts_m[0] > made_m[0] || counts_m[1] > made_m[1]);
-    if (!s->outrun && !over && (!s->drifts || t_ns < s->t_judged_ns + JUDGE_NS))
-        return;
-    s->t_judged_ns = t_ns;
-    count_drift(s, (const double[2]){made_m[0] + ahead_m, made_m[1] + ahead_m});
-    sensor_free_again(s, t_ns, pose->path_m);
-}
-
-static void recentre(struct sphere *s, const double position_m[3], uint64_t t_ns, double path_m)
+static void recentre(struct sphere *s, const double position_m[3], uint64_t t_ns)
 {
     double step_m[3];
     for (int i = 0; i < 3; i++) {
@@ -157,9 +147,6 @@ static void recentre(struct sphere *s, const double position_m[3], uint64_t t_ns
     s->nearest_m = INFINITY;
     CELLS_EACH (&s->cells, i)
         place_cell(s, i, way_m, t_ns);
-    if (way_m > POSE_STEP_MOST_M)
-        wedges_clear(&s->wedges);
-    sensor_free_again(s, t_ns, path_m);
     s->stats.recentred++;
 }
 
@@ -195,7 +182,7 @@ void motion_follow(struct sphere *s, const struct pose *pose, uint64_t t_ns)
         return;
     }
     if (distance(pose->position_m, s->frame.centre_m) > s->conf.recentre_m)
-        recentre(s, pose->position_m, t_ns, pose->path_m);
+        recentre(s, pose->position_m, t_ns);
     if (distance(s->frame.centre_m, s->anchor_m) > ANCHOR_REACH_M)
         reanchor(s);
 }

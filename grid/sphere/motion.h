@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * motion - the grid's centre follows the vehicle: cells are sorted anew from their stored points, free intervals are
- * made anew from the wedges. Every place comes from the absolute position, so no number of steps adds up to a drift.
+ * motion - the grid's centre follows the vehicle: cells are sorted anew from their stored points. Every place comes
+ * from the absolute position, so no number of steps adds up to a drift.
  */
 #ifndef SONARD_MOTION_H
 #define SONARD_MOTION_H
@@ -12,14 +12,9 @@
  * the centre moves when that is farther than conf.recentre_m. */
 void motion_follow(struct sphere *s, const struct pose *pose, uint64_t t_ns);
 
-/** motion_drifted - before a ping is entered: earlier echoes are nearer by the drift since. */
+/** motion_drifted - before a ping is entered: earlier echoes are nearer by the drift since, while poses have no
+ * position. */
 void motion_drifted(struct sphere *s, const struct pose *pose);
-
-/**
- * motion_drift - the vehicle may have drifted since the last ping, and poses have no position: what was found
- * free is judged anew by that (drift.h), all obstacles are nearer. Does nothing while poses have a position.
- */
-void motion_drift(struct sphere *s, const struct pose *pose, uint64_t t_ns);
 
 /** motion_reindex - the axes have turned: every live cell goes to the direction that holds its
  * point, in the same layer. */

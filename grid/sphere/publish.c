@@ -5,40 +5,18 @@
 #include <string.h>
 
 #include "relax.h"
-#include "sides.h"
-
-/*
- * Where an obstacle begins, at the least, while the vehicle drifts: it may have come nearer, but not into water
- * that was found free since its echo.
- */
-static float beyond_free(const struct direction *dir, const struct cell *c, float range_m, float near_m)
-{
-    for (int k = 0; k < FREE_INTERVALS; k++) {
-        const struct free_interval *f = &dir->free[k];
-        if (f->t_ping_ns >= c->t_echo_ns && near_m >= f->from_m && near_m < f->to_m)
-            near_m = fminf(f->to_m, range_m);
-    }
-    return near_m;
-}
 
 #define HINT_LEAST_M 1e-3f
 
 static void publish_direction(struct sphere *s, uint32_t d, uint64_t t_ns)
 {
-    const struct direction *dir = &s->direction[d];
-    struct picture_entry e = {0};
-    memcpy(e.free, dir->free, sizeof e.free);
-    sides_cut(s, d, t_ns, e.free);
+    struct picture_entry e = {.t_look_ns = s->direction[d].t_look_ns};
     unsigned n = 0;
     for (uint32_t i = s->cells.first[d]; i != CELLS_NONE && n < PICTURE_OBSTACLES; i = s->cells.cell[i].next) {
         const struct cell *c = &s->cells.cell[i];
         double v[3];
         float range_m = (float)state_vector(s, c, v), near_m = fmaxf(0, range_m - c->near_m);
-        if (s->drifts)
-            near_m = beyond_free(dir, c, range_m, near_m);
         if (c->pending || state_logodds(s, c, t_ns) <= s->picture.blocked_logodds) {
-            for (int k = 0; k < FREE_INTERVALS; k++) /* too little to block, too much to call it clear */
-                e.free[k].to_m = fminf(e.free[k].to_m, near_m);
             e.hint_m = e.hint_m > 0 ? e.hint_m : fmaxf(near_m, HINT_LEAST_M);
             continue;
         }
@@ -58,7 +36,6 @@ void publish_changes(struct sphere *s, uint64_t t_ns)
 {
     if (s->conf.relaxation > 0)
         relax_reach(s);
-    sides_mark(s, t_ns);
     picture_begin(&s->picture);
     for (uint32_t i = 0; i < s->n_dirty; i++) {
         publish_direction(s, s->dirty[i], t_ns);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * publish - from cells and free intervals to the picture that readers see.
+ * publish - from cells to the picture that readers see.
  */
 #ifndef SONARD_PUBLISH_H
 #define SONARD_PUBLISH_H

@@ -56,9 +56,8 @@ size_t sphere_bytes(const struct sphere_conf *conf, struct fault *fault)
                rounded(cells_bytes(conf->max_cells, rings.n)) + rounded(rings.n * sizeof(struct direction)) +
                rounded(rings.n * sizeof(uint32_t)) + rounded(rings.n * sizeof(double[3])) +
                (conf->axes == SPHERE_COURSE
-                    ? rounded(rings.n * sizeof(double[3])) + rounded(rings.n * sizeof(float))
+                    ? rounded(rings.n * sizeof(double[3])) + rounded(rings.n * sizeof(struct direction))
                     : 0) +
-               rounded(rings.n * sizeof(struct refill)) + rounded(wedges_bytes()) + rounded(drift_bytes()) +
                rounded(rings.n_rings * sizeof(struct beam_cell)) +
                rounded(relaxes(conf) ? layers * sizeof(struct relaxed) : 0) + rounded(picture_bytes(rings.n));
     return 0;
@@ -74,7 +73,6 @@ static void *place(char **at, size_t n)
 static void forget_everything(struct sphere *s)
 {
     cells_clear(&s->cells);
-    wedges_clear(&s->wedges);
     s->nearest_m = INFINITY;
     s->n_dirty = s->rings.n;
     for (uint32_t d = 0; d < s->rings.n; d++) {
@@ -125,10 +123,7 @@ struct sphere *sphere_init(void *memory, const struct sphere_conf *conf)
     s->dirty = place(&at, s->rings.n * sizeof(uint32_t));
     double(*axis)[3] = place(&at, s->rings.n * sizeof *axis);
     s->axis = conf->axes == SPHERE_COURSE ? place(&at, s->rings.n * sizeof *axis) : axis;
-    s->refill = place(&at, s->rings.n * sizeof *s->refill);
-    s->stands_m = conf->axes == SPHERE_COURSE ? place(&at, s->rings.n * sizeof(float)) : NULL;
-    wedges_init(&s->wedges, place(&at, wedges_bytes()));
-    drift_init(&s->drift, place(&at, drift_bytes()));
+    s->turned = conf->axes == SPHERE_COURSE ? place(&at, s->rings.n * sizeof *s->turned) : NULL;
     s->ring = place(&at, s->rings.n_rings * sizeof *s->ring);
     if (relaxes(conf))
         relax_init(s, place(&at, s->layers.n * sizeof(struct relaxed)));
@@ -158,16 +153,15 @@ void sphere_stats(const struct sphere *s, struct sphere_stats *out)
     out->directions = s->rings.n;
 }
 
-/* The attitude has jumped: where the free water lies is unknown. Echoes stay where they would be. */
+/* The attitude has jumped: in which directions the pings looked nobody knows. Echoes stay where they would be. */
 static void heed_discontinuities(struct sphere *s, const struct pose *pose)
 {
     if (pose->discontinuities == s->frame.discontinuities)
         return;
     s->frame.discontinuities = pose->discontinuities;
     s->stats.pinged = 0;
-    wedges_clear(&s->wedges);
     for (uint32_t d = 0; d < s->rings.n; d++) {
-        state_forget_free(s, d);
+        s->direction[d].t_look_ns = 0;
         state_mark(s, d);
     }
 }
@@ -200,7 +194,7 @@ static bool set_axes(struct sphere *s, const struct pose *pose, uint64_t t_ns)
         heed_discontinuities(s, pose);
         motion_follow(s, pose, t_ns);
         if (s->conf.axes == SPHERE_COURSE)
-            course_follow(s, pose, t_ns);
+            course_follow(s, pose);
         return true;
     }
     if (s->frame.ned)
@@ -302,7 +296,6 @@ void sphere_enter(struct sphere *s, const struct echoes *e, const struct mount *
     sensor_enter(s, e, turn, origin_m);
     bearings_enter(&s->bearings, e, mount); /* of a vehicle that jumped, from there on */
     bearings_tell(&s->bearings, s->turn_took_ms, &s->frame.looks);
-    motion_drift(s, &e->pose, e->t_ns);
     publish_ping(s, e);
 }
 

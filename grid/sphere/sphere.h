@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * sphere - the vehicle-centred spherical occupancy grid (Auran and Silven 1996, section 3): sparse cells that exist
- * only where an echo was received, and for every direction whether it was pinged, when, and how far the water was
- * free. Pure; all memory comes from the caller; one thread owns it and publishes to a picture.
+ * only where an echo was received, and for every direction when it was pinged last. What water is free it does not know
+ * (grid/water). Pure; all memory comes from the caller; one thread owns it and publishes to a picture.
  *
  * Axes: the body's until a ping carries an attitude, NED from then on (what was stored before is dropped, since
  * nobody knows where the vehicle pointed). Rotation of the vehicle then costs nothing and drifts nowhere. With
@@ -56,10 +56,9 @@ struct sphere_conf {
     bool level; /* one row of directions of height 2 * level_half_rad instead of the whole sphere */
     double level_half_rad;
     struct layers_conf layers;
-    uint32_t max_cells;  /* [64, 2^24] */
-    double forget_s;     /* an obstacle without another echo blocks for this long at most; > 0 */
-    double forget_turns; /* or, if that is longer, for so many turns of the slowest head; 0: forget_s alone */
-    double keep_free_s; /* free water older than this is not followed when the centre moves; 0: free_clear_for_s */
+    uint32_t max_cells;   /* [64, 2^24] */
+    double forget_s;      /* an obstacle without another echo blocks for this long at most; > 0 */
+    double forget_turns;  /* or, if that is longer, for so many turns of the slowest head; 0: forget_s alone */
     double blocked_above; /* probability above which a cell is an obstacle, (0.5, 0.99] */
     double recentre_m;    /* > 0 */
     enum sphere_model model;
@@ -75,7 +74,7 @@ struct sphere_stats {
     uint32_t cells;        /* in use */
     uint32_t directions;   /* of the grid */
     uint32_t pinged;       /* of these ever since the axes were set */
-    uint64_t cells_lost;   /* reused while still in use, for want of room; their directions went to unknown */
+    uint64_t cells_lost;   /* reused while still in use, for want of room */
     uint64_t out_of_range; /* echoes beyond the last layer */
     uint64_t no_attitude;  /* pings not entered because they had no attitude while the grid's axes are NED */
     uint64_t recentred;

@@ -49,24 +49,6 @@ double state_way_error_m(const struct sphere *s, double way_m, uint64_t then_ns,
     return (POSE_WAY_ERROR + fmin(turned_rad, 2)) * way_m;
 }
 
-uint64_t state_keep_ns(const struct sphere *s)
-{
-    const double keep_s = s->conf.keep_free_s > 0
-                              ? s->conf.keep_free_s
-                              : free_clear_for_s(s->frame.turn_s, sphere_forget_s(&s->conf, s->frame.turn_s));
-    return (uint64_t)fmin(1e9 * keep_s, 9e18);
-}
-
-void state_forget_free(struct sphere *s, uint32_t d)
-{
-    uint32_t beside[2];
-    rings_beside(&s->rings, d, beside);
-    free_none(s->direction[d].free);
-    free_none(s->direction[d].side);
-    memset(s->direction[d].end, 0, sizeof s->direction[d].end);
-    free_none(s->direction[beside[0]].side);
-}
-
 void state_release(struct sphere *s, uint32_t i)
 {
     state_mark(s, s->cells.cell[i].direction);
@@ -77,7 +59,6 @@ struct cell *state_take(struct sphere *s, uint32_t direction, uint16_t layer)
 {
     uint32_t evicted, i = cells_take(&s->cells, direction, layer, &evicted);
     if (evicted != RINGS_NONE) { /* what that cell said is lost */
-        state_forget_free(s, evicted);
         state_mark(s, evicted);
         s->stats.cells_lost++;
     }
@@ -85,13 +66,6 @@ struct cell *state_take(struct sphere *s, uint32_t direction, uint16_t layer)
         s->nearest_m = fmin(s->nearest_m, s->layers.edge[layer]);
         return &s->cells.cell[i];
     }
-    state_forget_free(s, direction);
-    state_mark(s, direction);
     s->stats.cells_lost++;
     return NULL;
-}
-
-struct beam_row state_row(const struct sphere *s, const struct beam *b, uint16_t index)
-{
-    return beside_row(b, index, &s->last[b->ping->sensor % SPHERE_SENSORS]);
 }

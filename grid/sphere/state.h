@@ -1,42 +1,27 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * state - what the sphere consists of, shared by its modules and nobody else. They stand on it in this order: sides and
- * sensor (beams are entered), motion and course (the vehicle is followed), view, relax and publish (the picture is
- * written), sphere.
+ * state - what the sphere consists of, shared by its modules and nobody else. They stand on it in this order: sensor
+ * (beams are entered), motion and course (the vehicle is followed), view, relax and publish (the picture is written),
+ * sphere.
  */
 #ifndef SONARD_SPHERE_STATE_H
 #define SONARD_SPHERE_STATE_H
 
 #include "beam.h"
-#include "beside.h"
 #include "grid/picture/bearings.h"
 #include "cells.h"
-#include "drift.h"
-#include "grid/picture/free_interval.h"
 #include "sphere.h"
-#include "wedges.h"
 
 struct relaxed;
 
-/* From to_m on, what was free by t_ns is so no more. */
-struct side_end {
-    uint64_t t_ns; /* 0: none */
-    float to_m;
-};
-
+/*
+ * When a ping last looked at it: advice on where to look next, which answers nothing about water. So it stays with its
+ * direction while the centre moves, though other water lies there by then; axes that turn take it along.
+ */
 struct direction {
-    struct free_interval free[FREE_INTERVALS];
-    struct free_interval side[FREE_INTERVALS]; /* likewise of the right side of its cell (sides.h) */
-    struct side_end end[2];                    /* for this direction alone, of its left and right side */
-    bool dirty;                                /* on the list of directions to publish */
-    uint64_t deaf_ns; /* time of the last look at it, if that received nothing usable; 0: it did not */
-};
-
-/* Of a direction, while its free intervals are made anew, from the newest look to the oldest. */
-struct refill {
-    float limit_m;    /* free_fill's */
-    bool told;        /* a look that received something has been entered */
-    uint64_t deaf_ns; /* as in struct direction, of the look that was entered last */
+    uint64_t t_look_ns; /* of the newest ping with a beam whose opening held the direction's middle; 0: none */
+    float to_m;         /* it heard so far */
+    bool dirty;         /* on the list of directions to publish */
 };
 
 /* Bounds how long the past can outvote the present: a few turns. */
@@ -62,26 +47,18 @@ struct sphere {
     double (*axis)[3];         /* unit vector of each direction's centre, in NED or the body's axes */
     double axes_cos, axes_sin; /* of frame.axes_rad */
     bool drifts;               /* poses have no position, ... */
-    bool outrun;               /* the drift at the ping was more than the picture counted */
     double drifted_m[2];       /* the greatest drift of a ping's pose, level and in depth */
     double ahead_m;            /* ... and what the picture counts as its drift is so much more than at the ping */
     double heading_radps;      /* of the newest ping's pose */
     bool under_way;            /* fast enough to have a course over ground */
-    struct wedges wedges;      /* what is free, as it was observed; empty while the axes are the body's */
-    struct drift drift;        /* their looks, while they are judged by the drift since */
-    uint64_t t_judged_ns;      /* that was so last */
     uint64_t t_centre_ns;      /* of the newest pose that the centre has followed */
-    struct refill *refill;     /* of each direction */
-    float *stands_m;           /* of each direction, while the axes turn; NULL: they never do */
+    struct direction *turned;  /* room for all of them, while the axes turn; NULL: they never do */
     struct relaxed *relax; /* [layers], of the direction in work, all zero between; NULL: there is no relaxation */
     uint32_t *dirty;
     uint32_t n_dirty;
     double blocked_logodds; /* conf.blocked_above as log-odds */
     double fade_s;       /* time constant of fading: from LOGODDS_MAX to blocked_logodds within sphere_forget_s */
     uint64_t t_start_ns; /* first ping since the axes were set */
-    struct beside_last last[SPHERE_SENSORS]; /* ping of each sensor */
-    uint64_t deaf_sensors;                   /* set of those whose last ping received nothing usable in any beam */
-    bool deaf_again; /* the ping that is being entered and the one before of its sensor were such */
     uint32_t turn_took_ms[SPHERE_SENSORS];
     uint32_t turn_ms[SPHERE_SENSORS]; /* each sensor's turn began so long after t_start_ns */
     uint64_t away_sensors; /* those that were silent in their present turn: it does not say how long one takes */
@@ -115,21 +92,9 @@ uint32_t state_ms(const struct sphere *s, uint64_t t_ns);
  * has drifted since then_ns. */
 double state_way_error_m(const struct sphere *s, double way_m, uint64_t then_ns, uint64_t t_ns);
 
-/** state_keep_ns - what was found free longer ago is forgotten. */
-uint64_t state_keep_ns(const struct sphere *s);
-
-/** state_forget_free - nothing was seen of direction d: its free intervals go, and what was seen of its sides. */
-void state_forget_free(struct sphere *s, uint32_t d);
-
-/**
- * state_take - the cell of (direction, layer), made when it does not exist; a direction that loses a cell for it
- * has no free water any more. NULL when there is no room at all: then it is this direction that has none. Until the
- * next sensor_free_again: wedges end at their own echoes, so what was lost frees nothing.
- */
+/** state_take - the cell of (direction, layer), made when it does not exist, of another one where there is no room.
+ * NULL: there is none at all. */
 struct cell *state_take(struct sphere *s, uint32_t direction, uint16_t layer);
-
-/** state_row - the row of a beam of the ping that is being entered, placed. */
-struct beam_row state_row(const struct sphere *s, const struct beam *b, uint16_t index);
 
 /** state_release - cell i is no more. */
 void state_release(struct sphere *s, uint32_t i);

@@ -55,18 +55,13 @@ bool sphere_cell(const struct sphere *s, uint32_t direction, uint32_t k, uint64_
 
 uint64_t sphere_pinged(const struct sphere *s, uint32_t direction)
 {
-    return s->direction[direction].free[0].t_ping_ns;
+    return s->direction[direction].t_look_ns;
 }
 
 uint64_t sphere_passed(const struct sphere *s, uint32_t direction, double range_m)
 {
-    uint64_t t_ns = 0;
-    for (int i = 0; i < FREE_INTERVALS; i++) {
-        const struct free_interval *c = &s->direction[direction].free[i];
-        if (range_m >= (double)c->from_m && range_m <= (double)c->to_m && c->t_ping_ns > t_ns)
-            t_ns = c->t_ping_ns;
-    }
-    return t_ns;
+    const struct direction *dir = &s->direction[direction];
+    return range_m <= (double)dir->to_m ? dir->t_look_ns : 0;
 }
 
 double sphere_cluster_relaxation(const struct sphere *s)

@@ -40,10 +40,10 @@ enum sphere_cell_flag {
 /** sphere_cell - the k-th nearest cell of a direction as of t_ns; false: there are fewer. */
 bool sphere_cell(const struct sphere *s, uint32_t direction, uint32_t k, uint64_t t_ns, struct sphere_cell *out);
 
-/** sphere_pinged - time of the newest ping that says something of a direction; 0: never pinged, or it says no more. */
+/** sphere_pinged - time of the newest ping that looked in a direction; 0: never pinged. */
 uint64_t sphere_pinged(const struct sphere *s, uint32_t direction);
 
-/** sphere_passed - time of the newest ping that found the water of a direction free at range_m; 0: none says so. */
+/** sphere_passed - the same, if that heard as far as range_m; else 0. */
 uint64_t sphere_passed(const struct sphere *s, uint32_t direction, double range_m);
 
 /** sphere_cluster_relaxation - conf.cluster_relaxation. */

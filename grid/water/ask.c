@@ -222,6 +222,7 @@ static void settle(struct ask *a, const struct ask_tile *w)
         part->best_m = w->measure_m;
         memcpy(part->at, cone.v, sizeof part->at);
         part->tile = w->tile;
+        part->at_m = w->free_to_m;
     }
     a->over = a->question.asked.stops && a->part[0].best_m < a->question.asked.to_m;
 }
@@ -443,8 +444,11 @@ double ask_begins_m(struct ask *a, const struct water_view *view, int n, const s
 struct ask_answer ask_end(const struct ask *a, size_t part)
 {
     const struct ask_part *p = &a->part[part];
-    struct ask_answer answer = {
-        .free_to_m = p->best_m, .at = {p->at[0], p->at[1], p->at[2]}, .tile = p->tile, .oldest = -1};
+    struct ask_answer answer = {.free_to_m = p->best_m,
+                                .at = {p->at[0], p->at[1], p->at[2]},
+                                .at_m = p->at_m,
+                                .tile = p->tile,
+                                .oldest = -1};
     for (int i = 0; i < a->n; i++)
         if (p->used[i / 64] >> (i % 64) & 1) {
             answer.records++;

@@ -14,7 +14,8 @@
 struct ask_answer {
     double free_to_m;       /* free to here, in the question's measure; of a cone or a part near_m: nothing is */
     double at[3];           /* in which direction, NED, it is free no farther; 0 0 0: it is so far as was asked */
-    struct tile_index tile; /* ... and in which tile */
+    double at_m;            /* and there it is free to that range ... */
+    struct tile_index tile; /* ... in this tile */
     int records;            /* it rests on so many ... */
     int oldest;             /* ... of which this is the oldest; -1: none */
 };
@@ -70,7 +71,7 @@ struct ask_level {
 
 /* A part of the question, by the tiles that are settled. */
 struct ask_part {
-    double best_m, at[3];
+    double best_m, at[3], at_m;
     struct tile_index tile;
     uint64_t used[ASK_WORDS]; /* set of the records that they rest on */
 };

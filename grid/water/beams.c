@@ -61,14 +61,20 @@ static bool is_loose(const struct pose *pose)
     return pose->uncertain_m > LOOSE_M || pose->uncertain_rad > LOOSE_RAD;
 }
 
-/* Deaf once, it says nothing: a burst of noise, a lost pulse. Twice, something may be in front of it. */
+static bool is_own(const struct beam_echoes *h)
+{
+    return h->n > 0 && h->echo[0].flags & ECHO_OWN;
+}
+
+/* Deaf once, it says nothing: a burst of noise, a lost pulse. Twice, something may be in front of it. An echo of the
+ * vehicle's own does not block, so the water behind it must not stay free, however loose the ping. */
 static struct row_beam beam_of(const struct beam_echoes *h, bool deaf_before, bool loose)
 {
     struct row_beam b = {.az_rad = azimuth_of(h),
                          .near_m = (double)h->blind_m,
                          .edge_near_m = (double)h->blind_m,
                          .ends_m = INFINITY};
-    if (frees(h) ? h->n > 0 && !loose : h->n > 0 || deaf_before)
+    if (frees(h) ? h->n > 0 && (!loose || is_own(h)) : h->n > 0 || deaf_before)
         b.ends_m = frees(h) ? (double)h->free_to_m : 0;
     if (!frees(h))
         return b;

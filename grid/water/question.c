@@ -189,7 +189,7 @@ static void begin_band(struct question_shape *q)
     double up[3] = {0, 0, -1};
     quat_rotate(q->asked.band.attitude, up, up);
     q->tilt_rad = acos(clamped(-up[2], -1, 1));
-    if (q->asked.band.parts > 1 || q->asked.band.width_rad <= 0)
+    if (q->asked.band.width_rad <= 0)
         return;
     const struct ask_band *band = &q->asked.band;
     const double high = band->hi_rad - band->lo_rad;
@@ -206,6 +206,21 @@ static bool may_touch_band(const struct question_shape *q, double el_rad, double
     return el_rad + reach >= band->lo_rad && el_rad - reach <= band->hi_rad;
 }
 
+/* Of parts side by side from from_rad on those within `aside` of az. */
+static struct question_run run_in_width(const struct ask_band *band, double az_rad, double aside_rad)
+{
+    const double width = band->width_rad > 0 ? band->width_rad : GEO_TURN, part = width / (double)band->parts;
+    const double off = geo_wrap_pi(az_rad - band->from_rad - width / 2);
+    if (fabs(off) > width / 2 + aside_rad)
+        return (struct question_run){0, 0};
+    if (off + aside_rad > GEO_PI || off - aside_rad < -GEO_PI) /* it may touch both ends */
+        return (struct question_run){0, band->parts};
+    const double most = (double)band->parts - 1, from = floor((off - aside_rad + width / 2) / part),
+                 to = floor((off + aside_rad + width / 2) / part);
+    const size_t first = (size_t)clamped(from, 0, most);
+    return (struct question_run){first, (size_t)clamped(to, 0, most) - first + 1};
+}
+
 /* In a band, the parts that a tile touches: those of its azimuths. */
 static struct question_run run_in_band(const struct question_shape *q, const struct water_tile *tile)
 {
@@ -217,11 +232,8 @@ static struct question_run run_in_band(const struct question_shape *q, const str
     if (el + half < band->lo_rad || el - half > band->hi_rad)
         return (struct question_run){0, 0};
     const double aside = fabs(el) + half >= GEO_PI / 2 ? GEO_PI : asin(fmin(1, sin(half) / cos(el)));
-    if (band->parts == 1) {
-        const double width = band->width_rad > 0 ? band->width_rad : GEO_TURN;
-        const double off = fabs(geo_wrap_pi(az - band->from_rad - width / 2));
-        return (struct question_run){0, off <= width / 2 + aside};
-    }
+    if (band->parts == 1 || band->width_rad > 0)
+        return run_in_width(band, az, aside);
     const double width = GEO_TURN / (double)band->parts;
     const long first = (long)ceil((az - aside) / width - 0.5), last = (long)floor((az + aside) / width + 0.5);
     if (last - first + 1 >= (long)band->parts)
@@ -231,9 +243,12 @@ static struct question_run run_in_band(const struct question_shape *q, const str
 
 /* ---- all of them ---- */
 
-/* How far from its axis a corridor reaches at near_m and beyond. */
-static double bound_of(double radius_m, double near_m)
+/* How far from its axis a corridor reaches from where on it is asked. */
+static double bound_of(double radius_m, const struct ask_question *q)
 {
+    double near_m = q->near_m;
+    for (int k = 0; q->level_m && k < ASK_LEVEL; k++)
+        near_m = fmin(near_m, q->level_m[k]);
     return near_m > radius_m ? asin(radius_m / near_m) : GEO_PI / 2;
 }
 
@@ -244,10 +259,10 @@ void question_begin(struct question_shape *q, const struct ask_question *asked)
     if (asked->kind == ASK_CONE)
         q->bound_rad = asked->half_rad;
     else if (asked->kind == ASK_CORRIDOR)
-        q->bound_rad = bound_of(asked->radius_m, asked->near_m);
+        q->bound_rad = bound_of(asked->radius_m, asked);
     else if (asked->kind == ASK_MOVE) {
         begin_move(q);
-        q->bound_rad = bound_of(widest_m(q), asked->near_m);
+        q->bound_rad = bound_of(widest_m(q), asked);
     } else if (asked->kind == ASK_AROUND) {
         begin_band(q);
         q->parts = asked->band.parts;
@@ -302,8 +317,9 @@ struct question_run question_run(const struct question_shape *q, const struct wa
 /* Of a part of a band: at its lower rim, in its middle and at its upper rim. */
 static void probe_band(const struct ask_band *band, size_t i, double v[3])
 {
-    const double turn = GEO_TURN / (double)band->parts;
-    const double az = band->parts > 1 ? (double)(i / PROBES_PART) * turn : band->from_rad + band->width_rad / 2;
+    const bool all = band->width_rad <= 0;
+    const double wide = (all ? GEO_TURN : band->width_rad) / (double)band->parts, part = (double)(i / PROBES_PART);
+    const double az = all ? part * wide : band->from_rad + (part + 0.5) * wide;
     geo_direction(az, band->lo_rad + (band->hi_rad - band->lo_rad) * (double)(i % PROBES_PART) / 2, v);
     quat_rotate(band->attitude, v, v);
 }
@@ -340,10 +356,23 @@ bool question_probe(const struct question_shape *q, size_t i, double v[3])
     return false;
 }
 
+/* From where on the tile is asked, but for a body's own place. */
+static double from_of(const struct question_shape *q, const struct water_tile *tile)
+{
+    const double half = tile->half_rad + q->asked.loose_rad + ROUNDING, level = hypot(tile->v[0], tile->v[1]);
+    double from_m = q->asked.near_m;
+    if (!q->asked.level_m || fabs(tile->v[2]) > sin(half) || level <= sin(half))
+        return from_m;
+    const double az = atan2(tile->v[1], tile->v[0]), aside = asin(sin(half) / level), part = GEO_TURN / ASK_LEVEL;
+    for (int k = (int)floor((az - aside) / part); k <= (int)floor((az + aside) / part); k++)
+        from_m = fmin(from_m, q->asked.level_m[(k + 2 * ASK_LEVEL) % ASK_LEVEL]);
+    return from_m;
+}
+
 bool question_stretch(const struct question_shape *q, const struct water_tile *tile, double to_m,
                       struct ask_stretch *s)
 {
-    *s = (struct ask_stretch){q->asked.near_m, to_m};
+    *s = (struct ask_stretch){from_of(q, tile), to_m};
     switch (q->asked.kind) {
     case ASK_CORRIDOR:
         s->to_m = longest_in(q->asked.radius_m, to_m, angles_off(q, tile));

@@ -16,6 +16,7 @@
 #include "tiles.h"
 
 #define ASK_PARTS 720
+#define ASK_LEVEL 256 /* parts of the horizon, from north on */
 
 enum ask_kind {
     ASK_CONE,     /* axis, half_rad */
@@ -34,8 +35,8 @@ struct ask_body {
         drift_m[3]; /* it may be carried off by as much as it moves; what of it is along the axis does not count */
 };
 
-/* A band of elevations. Part k of `parts` is the sector centred on k * 2 pi / parts; a single part reaches clockwise
- * from from_rad, all around where width_rad is 0. */
+/* A band of elevations. Part k of `parts` is the sector centred on k * 2 pi / parts, or where width_rad is above 0 the
+ * k-th of so many that share what reaches clockwise from from_rad. */
 struct ask_band {
     double attitude[4]; /* of the axes that the angles are in, in NED */
     double lo_rad, hi_rad;
@@ -45,7 +46,10 @@ struct ask_band {
 
 struct ask_question {
     enum ask_kind kind;
-    double near_m;    /* water nearer than this is not asked about; of a body 0: nor its own place */
+    double near_m; /* water nearer than this is not asked about; of a body 0: nor its own place */
+    /* of tiles on the horizon, by its parts: from there on, >= 0, if that is nearer; NULL: no such. Stays until the
+     * end */
+    const double *level_m;
     double to_m;      /* how far, in the question's measure, > near_m of a cone; at most 600 */
     bool stops;       /* is it free as far as that? How far it is free otherwise does not matter */
     int levels;       /* of tiles, 1..TILES_LEVELS; 0: all */

@@ -192,22 +192,6 @@ class GoneCells(TypedDict):
     newest: List[GoneCell]
 
 
-class FreeDirection(TypedDict):
-    azimuth_deg: float
-    elevation_deg: float
-    free_from_m: float
-    free_to_m: float
-    age_s: Optional[float]
-    sensors: List[str]
-
-
-class FreeDirections(TypedDict):
-    all: int
-    never: int
-    oldest: Optional[FreeDirection]
-    shortest: Optional[FreeDirection]
-
-
 class RecordedWater(TypedDict):
     free_from_m: float
     free_to_m: float
@@ -714,7 +698,6 @@ class ExplainResult(TypedDict):
     uncertain: Uncertainty
     cells: ExplainedCells
     gone: GoneCells
-    directions: FreeDirections
     water: Optional[RecordedWater]
     detects: List[NamedReference]
     pings: ExplainedPings

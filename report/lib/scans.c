@@ -59,6 +59,6 @@ struct answer_conf scans_limits(const struct conf *conf)
     struct grid_setting setting;
     wiring_grid(conf, &conf->grid, &setting);
     if (!(setting.limits.clear_for_s > 0))
-        setting.limits.clear_for_s = free_clear_for_s(0, sphere_forget_s(&setting.sphere, 0));
+        setting.limits.clear_for_s = answer_clear_for_s(0, sphere_forget_s(&setting.sphere, 0));
     return setting.limits;
 }

@@ -429,6 +429,72 @@ static void hear(int which, struct ping *ping)
             ping->beam[b].range_m += (float)uniform(-RANGE_SD_M, RANGE_SD_M);
 }
 
+/* Where the beams of the pings of a world looked, and how far. */
+#define PINGS      2000
+#define PING_BEAMS 32
+static struct {
+    struct pose from;
+    int which, beams;
+    float az_rad[PING_BEAMS], range_m[PING_BEAMS];
+} heard[PINGS];
+static int n_heard;
+
+static void note_ping(int which, const struct pose *from, const struct ping *ping)
+{
+    if (n_heard == PINGS || ping->n_beams > PING_BEAMS)
+        return;
+    heard[n_heard].from = *from;
+    heard[n_heard].which = which;
+    heard[n_heard].beams = ping->n_beams;
+    for (int b = 0; b < ping->n_beams; b++) {
+        heard[n_heard].az_rad[b] = ping->beam[b].az_rad;
+        heard[n_heard].range_m[b] = ping->beam[b].range_m > 0 ? ping->beam[b].range_m : (float)RANGE_M;
+    }
+    n_heard++;
+}
+
+/* Did a ping have the place in a beam, before its echo? It counts no longer than answers do. */
+static bool was_heard(const double at[3], uint64_t now_ns)
+{
+    const double last_s = grid_limits(pipeline_grid(d.pipeline, 0)).clear_for_s;
+    for (int i = n_heard; i-- > 0 && (double)(now_ns - heard[i].from.t_ns) * 1e-9 <= last_s;) {
+        const struct head *h = &vehicle->head[heard[i].which];
+        double v[3] = {at[0] - heard[i].from.position_m[0], at[1] - heard[i].from.position_m[1],
+                       at[2] - heard[i].from.position_m[2]};
+        quat_rotate_inverse(heard[i].from.attitude, v, v);
+        to_mount(&d.mount[heard[i].which], v, v);
+        for (int b = 0; b < heard[i].beams; b++)
+            if (is_abreast(h, atan2(v[1], v[0]), (double)heard[i].az_rad[b]) &&
+                hypot(v[0], v[1]) < (double)heard[i].range_m[b])
+                return true;
+    }
+    return false;
+}
+
+#define PLACES_M 0.05
+
+/* Has a beam been at all places of a level way that are nearer than `near`, but for the vehicle's own? What stands at
+ * the others reaches through the beams' height. */
+static bool was_way_heard(const double axis[3], double way_m)
+{
+    const double radius_m = d.conf.vehicle.radius_m, near_m = d.conf.vehicle.near_m;
+    const uint64_t now_ns = loop_now(d.loop);
+    struct pose p;
+    truth((double)now_ns * 1e-9, &p);
+    for (double x = 0; x <= fmin(way_m + radius_m, near_m); x += PLACES_M)
+        for (double y = -radius_m; y <= radius_m; y += PLACES_M) {
+            const double away_m = hypot(x, y);
+            double at[3] = {x * axis[0] - y * axis[1], x * axis[1] + y * axis[0], 0};
+            quat_rotate(p.attitude, at, at);
+            for (int k = 0; k < 3; k++)
+                at[k] = p.position_m[k] + (k < 2 ? at[k] : 0);
+            if (away_m > radius_m + PLACES_M && away_m < near_m && hypot(fmax(x - way_m, 0), y) <= radius_m &&
+                !was_heard(at, now_ns))
+                return false;
+        }
+    return true;
+}
+
 /* Sent at t_ns; its reading has just come, so much later. */
 static void send_ping(int which, uint64_t t_ns, uint64_t late_ns, uint32_t number)
 {
@@ -455,6 +521,7 @@ static void send_ping(int which, uint64_t t_ns, uint64_t late_ns, uint32_t numbe
                                            .range_sd_m = (float)RANGE_SD_M,
                                            .confidence = 0.95f};
     hear(which, ping);
+    note_ping(which, &p, ping);
     pose_log_blurred(&d.poses, ping->t_ns, (uint64_t)(trial->delay_by_s * 1e9), &ping->pose);
     ping->pose.blur_any_m += geo_length(d.mount[which].position_m) * ping->pose.blur_rad;
     pipeline_submit(d.pipeline, ping);
@@ -465,7 +532,9 @@ static void send_ping(int which, uint64_t t_ns, uint64_t late_ns, uint32_t numbe
 enum question { CONE, CORRIDOR, SECTORS, NEAREST, COLLISION, LIMIT, FREE_TO, RECORDS, QUESTIONS };
 static const char *const names[] = {"cone",  "corridor",  "sectors", "nearest", "time_to_collision",
                                     "limit", "free_to_m", "records"};
-/* Amply clear: no point is within so much of what was asked, nor so much behind it. */
+/* Amply clear: no point is within so much of what was asked, nor so much behind it. Of a way, what is held back counts
+ * where beams have been at all of it that is nearer than `near`: else a lost ping may have passed over what is
+ * there. */
 #define AMPLE_M 0.5
 
 #define WHYS (ANSWER_NO_DATA + 1)
@@ -1022,8 +1091,10 @@ static void ask_motion(void)
         COLLISION, says(a, "clear"), touch_m > speed * ahead_s,
         free_sweep(axis, c->radius_m - off_m, c->height_m / 2 - off_m, c->near_m) > speed * ahead_s - off_m,
         words("azimuth %.1f, %.2f m/s for %.1f s, truly for %.2f", geo_deg(az), speed, ahead_s, touch_m / speed));
-    judge_amply(COLLISION, a, says(a, "clear"),
-                free_sweep(axis, c->radius_m + AMPLE_M, c->height_m / 2 + AMPLE_M, 0) > speed * ahead_s);
+    const bool clear = says(a, "clear");
+    judge_amply(COLLISION, a, clear,
+                free_sweep(axis, c->radius_m + AMPLE_M, c->height_m / 2 + AMPLE_M, 0) > speed * ahead_s &&
+                    (clear || was_way_heard(axis, speed * ahead_s)));
     compare_collision(axis, speed * ahead_s, a);
     json_decref(a);
     a = ask("limit", json_pack("{s:[f, f, f]}", "velocity_mps", speed * axis[0], speed * axis[1], 0.0));
@@ -1216,6 +1287,7 @@ static void run_world(void)
     }
     pose_log_set_delay(&d.poses, 0, (uint64_t)(trial->doubt_s * 1e9));
     const uint64_t out_ns = started_ns + (uint64_t)(uniform(5, WORLD_S - OUT_S) * 1e9);
+    n_heard = 0;
     make_world();
     begin_true(started_ns);
     way_phase = uniform(0, GEO_TURN);

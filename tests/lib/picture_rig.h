@@ -4,6 +4,7 @@
 #define SONARD_TEST_PICTURE_RIG_H
 
 #include "grid/answer/answer.h"
+#include "grid/picture/picture.h"
 #include "test.h"
 
 #define SECOND 1000000000ull

@@ -99,7 +99,7 @@ export function explain(e, azimuth, distance) {
         `(the first ${seconds(nearest.first_echo_age_s)} ago), and ${nearest.misses === 0 ? "no beam has" : many(nearest.misses, "beam has", "beams have")} passed it since without one.`,
     );
   if (e.gone.all > 0) points.push(`${many(e.gone.all, "cell that stood there was", "cells that stood there were")} cleared by later beams.`);
-  if (e.directions.never > 0) points.push(`${e.directions.never} of ${e.directions.all} grid directions there were never observed.`);
+  if (e.water !== null && e.water.free_to_m > e.water.free_from_m) points.push(`By the records of pings the cone is free from ${metres(e.water.free_from_m)} to ${metres(e.water.free_to_m)}.`);
   const p = e.pings, all = p.echo + p.free + p.nothing + p.own;
   points.push(
     all > 0

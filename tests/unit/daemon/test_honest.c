@@ -101,7 +101,7 @@ TEST(a_slow_vehicle_with_a_turning_head)
         &(struct trial){.vehicle = &slow_head, .period_ns = SECOND / 10, .late_ns = SECOND / 50, .basin = true}, 1,
         1);
     USEFUL(amply_told_share(CONE) > 0.8 && amply_told_share(CORRIDOR) > 0.8 && amply_told_share(SECTORS) > 0.88);
-    USEFUL(amply_told_share(NEAREST) > 0.5 && amply_told_share(COLLISION) > 0.9);
+    USEFUL(amply_told_share(NEAREST) > 0.5 && amply_told_share(COLLISION) > 0.95);
 }
 
 TEST(with_poses_that_max_age_follows)

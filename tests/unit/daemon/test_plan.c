@@ -142,7 +142,6 @@ TEST(the_numbers_of_a_grid_arrive)
     CHECK_NEAR(s->blocked_above, 0.7, 1e-12, 0);
     CHECK_NEAR(s->forget_s, 90, 1e-12, 0);
     CHECK_NEAR(s->forget_turns, 0, 0, 0);
-    CHECK_NEAR(s->keep_free_s, 20, 1e-12, 0);
     CHECK_NEAR(p.grid.limits.clear_for_s, 20, 1e-12, 0);
     CHECK_NEAR(p.grid.limits.move_limit_m, 0.4, 1e-12, 0);
     CHECK_INT(s->max_cells, 2000);
@@ -339,7 +338,7 @@ TEST(what_is_forgotten_when_is_worked_out)
         CHECK_NEAR(g.sphere.forget_s, row[i].forget_s, 1e-12, 0);
         CHECK_NEAR(g.sphere.forget_turns, row[i].turns, 0, 0);
         const double forget_s = sphere_forget_s(&g.sphere, 100);
-        CHECK_NEAR(g.limits.clear_for_s > 0 ? g.limits.clear_for_s : free_clear_for_s(100, forget_s),
+        CHECK_NEAR(g.limits.clear_for_s > 0 ? g.limits.clear_for_s : answer_clear_for_s(100, forget_s),
                    row[i].slow_clear_s, 1e-12, 0);
     }
 }

@@ -241,7 +241,6 @@ static void *read_on(void *arg)
             /* obstacles are listed nearest first, and what has one has its time */
             torn += e.obstacle[1].logodds > 0 && e.obstacle[1].near_m + 0.3f < e.obstacle[0].near_m;
             torn += (e.obstacle[0].logodds > 0) != (e.obstacle[0].t_echo_ns > 0);
-            torn += e.free[0].from_m < 0 || e.free[0].to_m > 100;
         }
     printf("# %llu reads\n", (unsigned long long)reads);
     return (void *)(uintptr_t)torn;

@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* test_bottom - nothing is free below a bottom whose height is known, whatever beams found there. */
+#include "tests/lib/ask_both.h"
 #include "tests/lib/picture_rig.h"
 
 #include "grid/answer/bottom.h"
-#include "grid/answer/corridor.h"
-#include "grid/answer/nearest.h"
 
 static uint64_t seed;
 
@@ -39,10 +38,10 @@ TEST(a_ray_reaches_the_bottom_where_geometry_has_it)
 {
     seed = test_seed();
     for (int i = 0; i < 2000; i++) {
-        const double altitude_m = uniform(0, 30), slack = uniform(0, 0.2), down_rad = uniform(-1.2, 1.2);
-        const struct bottom b = bottom_below(altitude_m, 0, 0, slack);
+        const double altitude_m = uniform(0, 30), down_rad = uniform(-1.2, 1.2);
+        const struct bottom b = bottom_below(altitude_m, 0, 0);
         const double reach_m = bottom_reach_m(&b, sin(down_rad));
-        const double there_m = walk_m(fmax(surely_m(altitude_m), 0), down_rad + slack);
+        const double there_m = walk_m(fmax(surely_m(altitude_m), 0), down_rad);
         CHECK(isinf(there_m) ? reach_m > 9e3 : fabs(reach_m - there_m) <= 1e-6 + 1e-9 * there_m);
     }
 }
@@ -51,53 +50,72 @@ TEST(less_is_free_where_less_is_known)
 {
     seed = test_seed();
     for (int i = 0; i < 2000; i++) {
-        const double altitude_m = uniform(0, 30), slack = uniform(0, 1), down = uniform(-1, 1);
-        const struct bottom b = bottom_below(altitude_m, 0, 0, slack),
-                            rougher = bottom_below(altitude_m, 0, 0, slack + 0.1),
-                            lower = bottom_below(altitude_m, -0.3, 0, slack),
-                            beside = bottom_below(altitude_m, 0, 2, slack);
+        const double altitude_m = uniform(0, 30), down = uniform(-1, 1);
+        const struct bottom b = bottom_below(altitude_m, 0, 0), lower = bottom_below(altitude_m, -0.3, 0),
+                            beside = bottom_below(altitude_m, 0, 2);
         const double reach_m = bottom_reach_m(&b, down);
         CHECK(reach_m >= 0);
-        CHECK(bottom_reach_m(&rougher, down) <= reach_m);
         CHECK(bottom_reach_m(&lower, down) <= reach_m);
         CHECK(bottom_reach_m(&beside, down) <= reach_m);
     }
-    CHECK(isinf(bottom_reach_m(&bottom_unknown, 1)));
-    const struct bottom on_it = bottom_below(0, 0, 0, 0.1);
+    const struct bottom on_it = bottom_below(0, 0, 0);
     CHECK_NEAR(bottom_reach_m(&on_it, 0.5), 0, 0, 0);
 }
 
 /* Straight down from a place 0.3 m higher and 2 m beside: the bottom may have risen by the slope on the way there. */
 TEST(the_way_beside_may_be_uphill)
 {
-    const struct bottom b = bottom_below(5, 0.3, 2, 0);
+    const struct bottom b = bottom_below(5, 0.3, 2);
     const double down_m = surely_m(5) + 0.3 - 2 * tan(geo_rad(BOTTOM_SLOPE_DEG));
     CHECK_NEAR(bottom_reach_m(&b, 1), down_m * cos(geo_rad(BOTTOM_SLOPE_DEG)), 1e-12, 0);
 }
 
-/* Everything was observed free to 20 m, down to the middle of the earth, by beams that hear no mud. */
+#define BEAMS  60
+#define NEAR_M 0.75
+
+static struct store *store;
+
+/* What lies ahead was observed free to 20 m from 20 degrees up to straight down, by beams that hear no mud. */
 static void start(bool ned, double altitude_m)
 {
+    static const struct store_conf conf = {.beams = {BEAMS}, .spare = 1};
+    static void *memory;
+    struct beam_echoes beam[BEAMS];
     start_with(rings_full(&rings, geo_rad(3)), ned);
-    for (uint32_t d = 0; d < rings.n; d++) {
-        struct picture_entry e = {.free[0] = {.t_ping_ns = NOW - SECOND, .from_m = 0.3f, .to_m = 20}};
-        picture_begin(&picture);
-        picture_set(&picture, d, &e);
-        picture_end(&picture);
-    }
-    now.pose.has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH | POSE_ALTITUDE;
+    memory = memory ? memory : malloc(store_bytes(&conf));
+    store = store_init(memory, &conf);
+    now.pose.has = (ned ? POSE_ATTITUDE : 0u) | POSE_POSITION | POSE_DEPTH | POSE_ALTITUDE;
     now.pose.altitude_m = altitude_m;
+    for (int i = 0; i < BEAMS; i++)
+        beam[i] = (struct beam_echoes){
+            .az_rad = (float)geo_rad((i - (BEAMS - 1) / 2.0) * 2.5), .blind_m = 0.3f, .free_to_m = 20};
+    for (int down_deg = 0; down_deg <= 90; down_deg += 15) {
+        struct echoes e = {.t_ns = NOW - SECOND + (unsigned long long)down_deg,
+                           .seq = (uint32_t)down_deg,
+                           .n_beams = BEAMS,
+                           .range_max_m = 20,
+                           .az_aperture_rad = (float)geo_rad(2.5),
+                           .el_aperture_rad = (float)geo_rad(40),
+                           .pose = now.pose,
+                           .beam = beam};
+        struct mount mount = mount_identity;
+        quat_from_rpy(0, geo_rad(-down_deg), 0, mount.attitude);
+        store_enter(store, &e, &mount);
+    }
+}
+
+static struct answer answer_to(const struct obstacles_query *q)
+{
+    return *verdict_of(ask_both(&(struct asker){&picture, store, &limits, &now}, q, NEAR_M), 0);
 }
 
 static struct answer ask(double el_deg, double distance_m, bool ned)
 {
-    struct answer a;
-    answer_direction(&picture, &limits, &now,
-                     &(struct answer_query){.el_rad = geo_rad(el_deg), .ned = ned, .distance_m = distance_m}, &a);
-    return a;
+    return answer_to(&(struct obstacles_query){
+        .line = {.el_rad = geo_rad(el_deg), .ned = ned, .distance_m = distance_m, .near_m = NEAR_M}});
 }
 
-/* No free water below it: the cell that is asked about, of 3 degrees, may point lower by as much. */
+/* No free water below it: the tile that is asked about may point lower by some of a degree. */
 static void check_cap(double el_deg, double altitude_m)
 {
     const struct answer a = ask(el_deg, 15, true);
@@ -142,7 +160,7 @@ TEST(the_bottom_is_as_far_below_the_grids_centre_as_below_the_vehicle_and_what_i
     now.pose.altitude_m = 2.8;
     CHECK_NEAR(ask(-60, 15, true).free_to_m, level_m - 0.2, 0, 0.01);
     now.pose.uncertain_m = 0.3;
-    CHECK(ask(-60, 15, true).free_to_m < level_m - 0.7); /* nearer, and lower */
+    CHECK(ask(-60, 15, true).free_to_m < level_m - 0.5); /* nearer, and lower */
 }
 
 /* Without an attitude nobody knows which way is down. */
@@ -152,47 +170,14 @@ TEST(the_body_has_no_down)
     CHECK_INT(ask(-60, 15, false).state, ANSWER_CLEAR);
 }
 
-TEST(sectors_and_the_nearest_end_there_too)
+TEST(sectors_end_there_too)
 {
-    struct answer sector[8];
-    struct nearest n;
     start(true, 1);
-    answer_sectors(&picture, &limits, &now,
-                   &(struct answer_band){.ned = true, .lo_rad = -0.17, .hi_rad = 0.17, .reach_m = 10, .count = 8},
-                   sector);
-    for (int k = 0; k < 8; k++) {
-        CHECK(sector[k].state == ANSWER_UNKNOWN && sector[k].reason == ANSWER_BOTTOM);
-        CHECK(sector[k].free_to_m > 2 && sector[k].free_to_m < 1 / sin(0.17));
-    }
-    nearest_look(&picture, &limits, &now,
-                 &(struct nearest_query){.ned = true, .lo_rad = -1.5, .hi_rad = 1.5, .reach_m = 10}, &n);
-    CHECK(n.state == ANSWER_UNKNOWN && n.reason == ANSWER_BOTTOM);
-    CHECK(n.unknown_share > 0.3 && n.unknown_share < 0.7);
-}
-
-/* The bottom ends a dive, also where near promises water, and where nobody has looked. */
-TEST(a_body_does_not_sink_into_the_bottom)
-{
-    static const struct corridor_body body = {.radius_m = 0.3, .half_height_m = 0.2, .margin_m = 0.1, .near_m = 2};
-    const struct corridor_query dive = {.direction = {0, 0, 1}, .ned = true, .most_m = 10},
-                                level = {.direction = {1, 0, 0}, .ned = true, .most_m = 2};
-    for (int blank = 0; blank < 2; blank++) {
-        struct corridor c;
-        start(true, 1.2);
-        if (blank)
-            start_with(rings_full(&rings, geo_rad(3)), true);
-        now.pose.has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH | POSE_ALTITUDE;
-        now.pose.altitude_m = 1.2;
-        corridor_look(&picture, &limits, &now, &body, &dive, &c);
-        CHECK_INT(c.reason, ANSWER_BOTTOM);
-        CHECK(c.known_m > 0.8 && c.known_m <= surely_m(1.2));
-        CHECK(isinf(c.blocked_m));
-        corridor_look(&picture, &limits, &now, &body, &level, &c);
-        CHECK_INT(c.reason, blank ? ANSWER_NEVER : ANSWER_HEARD);
-        now.pose.altitude_m = 0.3; /* the body stands in it */
-        corridor_look(&picture, &limits, &now, &body, &level, &c);
-        CHECK(c.reason == ANSWER_BOTTOM && c.known_m < 0.1);
-    }
+    const struct answer ahead = answer_to(&(struct obstacles_query){
+        .around = true,
+        .band = {.ned = true, .lo_rad = -0.17, .hi_rad = 0.17, .reach_m = 10, .near_m = NEAR_M, .count = 8}});
+    CHECK(ahead.state == ANSWER_UNKNOWN && ahead.reason == ANSWER_BOTTOM);
+    CHECK(ahead.free_to_m > 2 && ahead.free_to_m < 1 / sin(0.17));
 }
 
 /* An obstacle stays one, whatever is below it; the bottom itself is none. */
@@ -200,7 +185,6 @@ TEST(the_bottom_neither_blocks_nor_hides)
 {
     start(true, 2);
     struct picture_entry e = {
-        .free[0] = {.t_ping_ns = NOW, .from_m = 0.3f, .to_m = 3.9f},
         .obstacle[0] = {
             .t_ref_ns = NOW, .t_echo_ns = NOW, .logodds = 4, .near_m = 3.9f, .range_m = 4, .sd_m = 0.05f}};
     picture_begin(&picture);
@@ -220,8 +204,7 @@ int main(void)
     RUN(a_vehicle_that_is_tilted_has_the_bottom_ahead);
     RUN(the_bottom_is_as_far_below_the_grids_centre_as_below_the_vehicle_and_what_it_has_sunk);
     RUN(the_body_has_no_down);
-    RUN(sectors_and_the_nearest_end_there_too);
-    RUN(a_body_does_not_sink_into_the_bottom);
+    RUN(sectors_end_there_too);
     RUN(the_bottom_neither_blocks_nor_hides);
     return test_end();
 }

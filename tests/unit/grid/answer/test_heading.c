@@ -4,33 +4,25 @@
  * may lie there by now, on a picture made by hand.
  */
 #include "tests/lib/picture_rig.h"
+#include "tests/lib/way_rig.h"
 
-#include "grid/answer/corridor.h"
-#include "grid/answer/nearest.h"
 #include "grid/answer/sight.h"
 
 #define AT_M 5.0
 #define TO_M 8.0
 
-/* All water is free, but for an echo in one direction. */
+/* An obstacle in one direction. */
 static void start(bool ned, double az_deg, double el_deg)
 {
     start_with(rings_full(&rings, geo_rad(3)), ned);
-    const uint32_t at = rings_index(&rings, geo_wrap(geo_rad(az_deg)), geo_rad(el_deg));
+    const struct picture_entry e = {.obstacle[0] = {.t_ref_ns = NOW - SECOND,
+                                                    .t_echo_ns = NOW - SECOND,
+                                                    .logodds = 4,
+                                                    .near_m = (float)AT_M,
+                                                    .range_m = (float)AT_M,
+                                                    .sd_m = 0.05f}};
     picture_begin(&picture);
-    for (uint32_t d = 0; d < rings.n; d++) {
-        struct picture_entry e = {.free[0] = {.t_ping_ns = NOW - SECOND, .from_m = 0.3f, .to_m = 20}};
-        if (d == at) {
-            e.free[0].to_m = (float)AT_M;
-            e.obstacle[0] = (struct picture_obstacle){.t_ref_ns = NOW - SECOND,
-                                                      .t_echo_ns = NOW - SECOND,
-                                                      .logodds = 4,
-                                                      .near_m = (float)AT_M,
-                                                      .range_m = (float)AT_M,
-                                                      .sd_m = 0.05f};
-        }
-        picture_set(&picture, d, &e);
-    }
+    picture_set(&picture, rings_index(&rings, geo_wrap(geo_rad(az_deg)), geo_rad(el_deg)), &e);
     picture_end(&picture);
 }
 
@@ -40,51 +32,39 @@ static void drift(double deg)
     now.pose.heading_radps = geo_rad(deg) / limits.clear_for_s;
 }
 
-enum { CONE, LINE, SECTORS, NEAREST, CORRIDOR, ASKED };
-static const char *const names[ASKED] = {"cone", "corridor", "sectors", "nearest", "limit"};
+enum { CONE, LINE, SECTORS, CORRIDOR, ASKED };
+static const char *const names[ASKED] = {"cone", "corridor", "sectors", "limit"};
 
-/* Is the water ahead clear, in these axes? */
-static bool is_clear(int what, bool ned)
+/* Is nothing ahead, in these axes? */
+static bool is_empty(int what, bool ned)
 {
-    const struct answer_query q = {
-        .ned = ned, .distance_m = TO_M, .corridor = what == LINE, .half_angle_rad = geo_rad(3), .radius_m = 0.3};
-    const struct answer_band band = {
-        .ned = ned, .lo_rad = geo_rad(-3), .hi_rad = geo_rad(3), .reach_m = TO_M, .count = 60};
-    const struct nearest_query n = {.ned = ned,
-                                    .lo_rad = geo_rad(-3),
-                                    .hi_rad = geo_rad(3),
-                                    .from_rad = geo_rad(-3),
-                                    .width_rad = geo_rad(6),
-                                    .reach_m = TO_M};
-    const struct corridor_body body = {.radius_m = 0.2, .half_height_m = 0.2, .margin_m = 0.1, .near_m = 0.7};
-    const struct corridor_query line = {.direction = {1, 0, 0}, .ned = ned, .most_m = TO_M};
-    static struct answer a[60];
-    struct nearest nearest;
-    struct corridor corridor;
-    switch (what) {
-    case CONE:
-    case LINE:
-        answer_direction(&picture, &limits, &now, &q, a);
-        return a[0].state == ANSWER_CLEAR;
-    case SECTORS:
-        answer_sectors(&picture, &limits, &now, &band, a);
-        return a[0].state == ANSWER_CLEAR;
-    case NEAREST:
-        nearest_look(&picture, &limits, &now, &n, &nearest);
-        return nearest.state == ANSWER_CLEAR;
-    default:
-        corridor_look(&picture, &limits, &now, &body, &line, &corridor);
-        return corridor.reason == ANSWER_HEARD && corridor.known_m >= TO_M && isinf(corridor.blocked_m);
-    }
+    const struct obstacles_query
+        line = {.line = {.ned = ned,
+                         .distance_m = TO_M,
+                         .corridor = what == LINE,
+                         .half_angle_rad = geo_rad(3),
+                         .radius_m = 0.3}},
+        band = {.around = true,
+                .band = {.ned = ned, .lo_rad = geo_rad(-3), .hi_rad = geo_rad(3), .reach_m = TO_M, .count = 60}};
+    const struct corridor_query way = {.body = {.radius_m = 0.2, .half_height_m = 0.2, .margin_m = 0.1},
+                                       .direction = {1, 0, 0},
+                                       .ned = ned,
+                                       .most_m = TO_M,
+                                       .near_m = 0.7};
+    static struct obstacles_found found[60];
+    if (what == CORRIDOR)
+        return isinf(find_in_way(&picture, &limits, &now, &way).near_m);
+    find_obstacles(&picture, &limits, &now, what == SECTORS ? &band : &line, found);
+    return !found[0].any || found[0].near_m > TO_M;
 }
 
-static void check_all(bool ned, double drift_deg, bool clear)
+static void check_all(bool ned, double drift_deg, bool empty)
 {
     for (int what = 0; what < ASKED; what++) {
         drift(drift_deg);
-        if (is_clear(what, ned) != clear) {
+        if (is_empty(what, ned) != empty) {
             printf("%s, %s, with %g degrees of drift: not %s\n", names[what], ned ? "NED" : "body", drift_deg,
-                   clear ? "clear" : "withheld");
+                   empty ? "empty" : "blocked");
             test_case_failed = true;
         }
     }
@@ -137,14 +117,14 @@ TEST(a_place_is_known_worse_by_the_way_in_a_wrong_direction)
     start(true, 15, 0);
     picture_get_frame(&picture, &frame);
     now.pose.position_m[0] = 0.08;
-    sight_locate(&picture, &frame, &limits, &now, &place);
+    sight_locate(&frame, &limits, &now, &place);
     CHECK_NEAR(place.uncertain_m, 0, 1e-12, 0);
     drift(10);
-    sight_locate(&picture, &frame, &limits, &now, &place);
+    sight_locate(&frame, &limits, &now, &place);
     CHECK_NEAR(place.adrift_rad, geo_rad(10), 1e-12, 0);
     CHECK_NEAR(place.uncertain_m, 0.08 * geo_rad(10), 1e-12, 0);
     drift(400);
-    sight_locate(&picture, &frame, &limits, &now, &place);
+    sight_locate(&frame, &limits, &now, &place);
     CHECK_NEAR(place.adrift_rad, GEO_PI, 1e-12, 0); /* then it may lie anywhere around */
 }
 

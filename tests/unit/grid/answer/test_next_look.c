@@ -38,7 +38,7 @@ static void looked(double age_s, double az_deg, double other_age_s)
     for (uint32_t d = 0; d < rings.n; d++) {
         const bool other = d == rings_index(&rings, geo_rad(az_deg), 0);
         struct picture_entry e = {0};
-        e.free[0].t_ping_ns = NOW - (uint64_t)((other ? other_age_s : age_s) * 1e9);
+        e.t_look_ns = NOW - (uint64_t)((other ? other_age_s : age_s) * 1e9);
         picture_set(&picture, d, &e);
     }
     picture_end(&picture);
@@ -146,7 +146,7 @@ static void standing(uint64_t t_ns, double from_deg, double to_deg, double range
         struct picture_entry e = {0};
         rings_centre(&rings, d, &az, &el);
         const double r = geo_deg(az) > from_deg && geo_deg(az) < to_deg ? range_m : else_m;
-        e.free[0].t_ping_ns = t_ns;
+        e.t_look_ns = t_ns;
         if (r > 0)
             e.obstacle[0] = (struct picture_obstacle){
                 .t_ref_ns = NOW, .t_echo_ns = NOW, .logodds = 3, .near_m = (float)r, .range_m = (float)r};

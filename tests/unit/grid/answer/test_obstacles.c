@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * test_obstacles - what is found among many directions is what is found of each of them alone: no glance leaves out
- * what a look would have shown.
+ * what a look would have shown. Nothing that lies in what is asked is passed over.
  */
-#include "grid/answer/obstacles.h"
 #include "tests/lib/picture_rig.h"
+#include "tests/lib/way_rig.h"
 
 #define SECTORS 24
 #define TOLD    300
@@ -22,7 +22,7 @@ static float any(double lo, double hi)
 /* With an echo too little to block in one of two, up to two obstacles, some faded, some weak from the first. */
 static struct picture_entry any_entry(void)
 {
-    struct picture_entry e = {.free = {{.t_ping_ns = NOW, .to_m = 1}}};
+    struct picture_entry e = {.t_look_ns = NOW};
     const int n = (int)(3 * test_uniform(&random_state));
     e.hint_m = test_uniform(&random_state) < 0.5 ? any(0.3, 4) : 0;
     for (int i = 0; i < n; i++) {
@@ -82,11 +82,7 @@ static struct obstacles_query any_query(void)
 
 static void find(const struct obstacles_query *q, struct obstacles_found found[SECTORS])
 {
-    struct picture_frame frame;
-    struct sight_place place;
-    picture_get_frame(&picture, &frame);
-    sight_locate(&picture, &frame, &limits, &now, &place);
-    obstacles_find(&(struct obstacles_scene){&picture, &frame, &limits, &now, &place}, q, found);
+    find_obstacles(&picture, &limits, &now, q, found);
 }
 
 /* What is behind an obstacle does not count. */
@@ -135,8 +131,74 @@ TEST(of_many_directions_no_other_is_found_than_of_each_alone)
     CHECK(blocked > PLACES && hints > PLACES / 2);
 }
 
+/* ---- what lies in a question ---- */
+
+static double between(double lo, double hi)
+{
+    return lo + (hi - lo) * test_uniform(&random_state);
+}
+
+static bool one_in(double n)
+{
+    return test_uniform(&random_state) * n < 1;
+}
+
+/* Somewhere in the question as seen from the vehicle, often in its wall; from the grid's centre. */
+static void somewhere_in(const struct answer_query *q, const struct sight_place *place, double v[3])
+{
+    const double most = q->corridor ? q->radius_m : q->half_angle_rad, turn = between(0, GEO_TURN);
+    const double wide = one_in(2) ? 0.999 * most : between(0, most), far_m = between(0.9, 0.999) * q->distance_m;
+    const double ahead = q->corridor ? far_m : far_m * cos(wide), aside = q->corridor ? wide : far_m * sin(wide);
+    double line[3], side[3], up[3];
+    geo_direction(q->az_rad, q->el_rad, line);
+    geo_direction(q->az_rad + GEO_PI / 2, 0, side);
+    geo_direction(q->az_rad, q->el_rad + GEO_PI / 2, up);
+    for (int i = 0; i < 3; i++)
+        v[i] = place->offset_m[i] + ahead * line[i] + aside * (cos(turn) * side[i] + sin(turn) * up[i]);
+}
+
+static void put_one_thing(const double v[3])
+{
+    double az, el;
+    start_with(rings_full(&rings, geo_rad(between(3, 15))), true);
+    geo_angles(v, &az, &el);
+    const struct picture_entry e = {.obstacle[0] = {.t_ref_ns = NOW,
+                                                    .t_echo_ns = NOW,
+                                                    .logodds = 4,
+                                                    .near_m = (float)(geo_length(v) - 1e-4),
+                                                    .range_m = (float)geo_length(v)}};
+    picture_begin(&picture);
+    picture_set(&picture, rings_index(&rings, az, el), &e);
+    picture_end(&picture);
+}
+
+TEST(nothing_in_a_cone_or_corridor_is_passed_over)
+{
+    random_state = test_seed();
+    for (int i = 0; i < 4000 && !test_case_failed; i++) {
+        const struct answer_query q = {.az_rad = between(0, GEO_TURN),
+                                       .el_rad = between(-1.5, 1.5),
+                                       .ned = true,
+                                       .distance_m = between(1, 10),
+                                       .corridor = one_in(2),
+                                       .half_angle_rad = between(0, 0.8),
+                                       .radius_m = between(0.1, 1)};
+        struct sight_place place = {.offset_m = {0}};
+        double v[3];
+        for (int k = 0; k < 3 && one_in(2); k++)
+            place.offset_m[k] = between(-0.1, 0.1);
+        somewhere_in(&q, &place, v);
+        put_one_thing(v);
+        memcpy(now.pose.position_m, place.offset_m, sizeof place.offset_m);
+        struct obstacles_found found;
+        find_obstacles(&picture, &limits, &now, &(struct obstacles_query){.line = q}, &found);
+        CHECK(found.any);
+    }
+}
+
 int main(void)
 {
+    RUN(nothing_in_a_cone_or_corridor_is_passed_over);
     RUN(of_many_directions_no_other_is_found_than_of_each_alone);
     return test_end();
 }

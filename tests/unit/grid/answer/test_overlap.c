@@ -114,9 +114,38 @@ TEST(angles_are_computed_exactly_only_where_that_decides)
     CHECK(exact < 100);
 }
 
+/* Between two bearings, each sector by its own arc; past the last one goes on with the first. */
+TEST(of_a_window_those_that_the_cell_reaches_into)
+{
+    unsigned some = 0, both_ends = 0;
+    seed = test_seed();
+    for (int i = 0; i < 20000; i++) {
+        const struct overlap_band band = {.lo_rad = -0.2,
+                                          .hi_rad = 0.2,
+                                          .from_rad = uniform(-7, 7),
+                                          .width_rad = uniform(0.01, GEO_TURN),
+                                          .count = (size_t)uniform(1, 64)};
+        const double az = uniform(0, GEO_TURN), half = uniform(0, one_in(4) ? GEO_PI : 0.3);
+        const double wide = band.width_rad / (double)band.count;
+        struct overlap_cell cell = {.half_az_rad = half, .half_el_rad = 0.01};
+        geo_direction(az, 0, cell.v);
+        overlap_middle(&cell, cell.v);
+        uint64_t touched = 0;
+        for (size_t k = 0; k < band.count; k++) {
+            const double middle = band.from_rad + ((double)k + 0.5) * wide;
+            touched |= (uint64_t)(fabs(geo_wrap_pi(az - middle)) < half + wide / 2) << k;
+        }
+        some += touched != 0;
+        both_ends += band.count > 2 && (touched & 1) && touched >> (band.count - 1) & 1;
+        CHECK(found(&band, &cell, 0) == touched);
+    }
+    CHECK(some > 5000 && both_ends > 500);
+}
+
 int main(void)
 {
     RUN(rough_angles_touch_what_exact_ones_do);
     RUN(angles_are_computed_exactly_only_where_that_decides);
+    RUN(of_a_window_those_that_the_cell_reaches_into);
     return test_end();
 }

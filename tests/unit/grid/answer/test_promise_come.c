@@ -32,7 +32,7 @@ static double show(double az_deg, double el_deg, double age_s, double odds)
 {
     const uint32_t d = rings_index(&rings, geo_rad(az_deg), geo_rad(el_deg));
     const uint64_t t_ns = NOW - (uint64_t)(age_s * 1e9);
-    struct picture_entry e = {.free[0] = {.t_ping_ns = t_ns, .to_m = 20}};
+    struct picture_entry e = {.t_look_ns = t_ns};
     double az, el;
     e.obstacle[0] = (struct picture_obstacle){.t_ref_ns = NOW,
                                               .t_echo_ns = t_ns,

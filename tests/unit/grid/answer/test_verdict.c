@@ -332,6 +332,145 @@ TEST(near_holds_where_a_fan_off_the_middle_has_looked)
     }
 }
 
+/* ---- a body that moves ---- */
+
+static const struct corridor_body small = {.radius_m = 0.3, .half_height_m = 0.2, .margin_m = 0.1};
+
+static const struct corridor *way(const struct corridor_body *body, double az_deg, double to_m, double near_m)
+{
+    static struct verdict v;
+    struct obstacles_query q = {.moves = true, .move = {.body = *body, .most_m = to_m, .near_m = near_m}};
+    geo_direction(geo_rad(az_deg), 0, q.move.direction);
+    store_list(store, &list);
+    const struct verdict_evidence evidence = {&picture, store, &list, &by, &now};
+    for (bool more = verdict_begin(&v, &evidence, &q, OWN_M); more;)
+        more = verdict_step(&v);
+    return verdict_corridor(&v);
+}
+
+/* The fan of these tests, as `near` knows it. */
+static void look_on(void)
+{
+    struct bearings b = {0};
+    look_with(&b, &(struct still_fan){.wide_deg = 96, .high_deg = 25});
+}
+
+TEST(a_body_goes_where_water_is_observed)
+{
+    begin();
+    send();
+    for (double to_m = 1; to_m < 12; to_m += 0.5) {
+        const struct corridor *c = way(&small, 0, to_m, 1.5);
+        CHECK_NEAR(c->known_m, fmin(to_m, 9.9), 0, 0.3);
+        CHECK_INT(c->reason, c->known_m < to_m ? ANSWER_BEYOND : ANSWER_HEARD);
+        CHECK(isinf(c->blocked_m) && c->blocked_age_s < 0);
+        CHECK_NEAR(c->front_m, 0.4, 0, 1e-9);
+        CHECK_NEAR(c->age_s, 1 - 0.1, 0, 1e-6);
+    }
+    put(6, 2);
+    const struct corridor *c = way(&small, 0, 8, 1.5);
+    CHECK(c->blocked_m <= 6 && c->blocked_m > 5.8 && c->confidence > 0.5 && c->blocked_at[0] > 0.9);
+    put(1, 0); /* too little to block */
+    c = way(&small, 0, 8, 1.5);
+    CHECK(isinf(c->blocked_m) && c->reason == ANSWER_BEYOND && c->known_m <= 1 && c->known_m > 0.9);
+}
+
+TEST(a_larger_body_goes_no_farther)
+{
+    begin();
+    for (int i = 0; i < BEAMS; i++)
+        beam[i].free_to_m = (float)(2 + i % 7);
+    send();
+    look_on();
+    for (int k = 0; k < 40; k++) {
+        struct corridor_body body = {0.1, 0.1, 0};
+        double before_m = INFINITY;
+        for (int i = 0; i < 6; i++) {
+            const struct corridor *c = way(&body, 2 * k - 40, 6, 1.5);
+            CHECK(c->known_m - c->front_m <= before_m + 1e-9);
+            before_m = c->known_m - c->front_m;
+            body.radius_m += i % 3 == 0 ? 0.1 : 0;
+            body.half_height_m += i % 3 == 1 ? 0.1 : 0;
+            body.margin_m += i % 3 == 2 ? 0.1 : 0;
+        }
+    }
+}
+
+/* Where no sonar looks `near` is the operator's promise; where one does it must have looked. */
+TEST(near_is_no_leave_to_go_where_a_sonar_has_not_looked)
+{
+    begin();
+    send();
+    CHECK_NEAR(way(&small, 180, 2, 3)->known_m, 2, 0, 1e-9);
+    look_on();
+    CHECK_NEAR(way(&small, 180, 2, 3)->known_m, 2, 0, 1e-9);
+    CHECK_NEAR(way(&small, 0, 2, 3)->known_m, 2, 0, 1e-9);
+    CHECK(way(&small, 0, 5, 3)->known_m == 5);
+    CHECK(way(&small, 180, 5, 3)->known_m < 3.1 && way(&small, 180, 5, 3)->reason == ANSWER_NEVER);
+    begin();
+    for (int i = 15; i < 17; i++)
+        beam[i].state = BEAM_BLIND, beam[i].free_to_m = 0;
+    send();
+    look_on();
+    CHECK(way(&small, 0, 2, 3)->known_m < 0.1);
+}
+
+/* A turn brings new water into the fan's sight, of which it has yet to show what is there. */
+TEST(near_covers_no_water_that_a_turn_brings_into_a_still_beam)
+{
+    begin();
+    send();
+    look_on();
+    CHECK_NEAR(way(&small, 0, 5, 3)->known_m, 5, 0, 1e-9);
+    quat_from_rpy(0, 0, geo_rad(-60), now.pose.attitude);
+    CHECK(way(&small, 0, 2, 3)->known_m < 0.1);
+    send();
+    CHECK_NEAR(way(&small, 0, 5, 3)->known_m, 5, 0, 1e-9);
+}
+
+/* Water that begins beyond `near`, or that is too old. */
+TEST(a_body_is_told_why_it_goes_no_farther)
+{
+    static const struct corridor_body thin = {0.05, 0.05, 0};
+    begin();
+    send();
+    CHECK_INT(way(&thin, 0, 5, OWN_M)->reason, ANSWER_BLIND);
+    CHECK(way(&thin, 0, 5, OWN_M)->known_m <= 0.75);
+    by.clear_for_s = 0.5;
+    CHECK_INT(way(&small, 0, 5, 1.5)->reason, ANSWER_STALE);
+    by.clear_for_s = 30;
+    now.lost = 1;
+    CHECK_INT(way(&small, 0, 5, 1.5)->reason, ANSWER_SILENT);
+    now.lost = 0;
+    now.pose_fresh = false;
+    CHECK(way(&small, 0, 5, 1.5)->reason == ANSWER_POSE_LOST && way(&small, 0, 5, 1.5)->known_m <= 0);
+    CHECK_NEAR(way(&small, 0, 5, 1.5)->front_m, 0.4, 0, 1e-9);
+    now.pose_fresh = true;
+}
+
+/* The bottom ends a dive, also where near promises water, and where nobody has looked. */
+TEST(a_body_does_not_sink_into_the_bottom)
+{
+    begin();
+    now.pose.has |= POSE_ALTITUDE;
+    now.pose.altitude_m = 1.2;
+    send();
+    struct obstacles_query dive = {
+        .moves = true, .move = {.body = small, .direction = {0, 0, 1}, .ned = true, .most_m = 1.6, .near_m = 2}};
+    static struct verdict v;
+    store_list(store, &list);
+    const struct verdict_evidence evidence = {&picture, store, &list, &by, &now};
+    for (bool more = verdict_begin(&v, &evidence, &dive, OWN_M); more;)
+        more = verdict_step(&v);
+    CHECK_INT(v.corridor.reason, ANSWER_BOTTOM);
+    CHECK(v.corridor.known_m > 0.8 && v.corridor.known_m <= 1.2);
+    CHECK_NEAR(v.corridor.front_m, 0.3, 0, 1e-9);
+    CHECK_INT(way(&small, 0, 2, 2)->reason, ANSWER_HEARD);
+    now.pose.altitude_m = 0.3; /* the body stands in it */
+    CHECK(way(&small, 0, 2, 2)->reason == ANSWER_BOTTOM && way(&small, 0, 2, 2)->known_m < 0.1);
+    now.pose.has &= ~(unsigned)POSE_ALTITUDE;
+}
+
 int main(void)
 {
     RUN(clear_to_a_distance_is_clear_to_every_shorter_one);
@@ -344,5 +483,11 @@ int main(void)
     RUN(each_reason_is_told);
     RUN(what_was_shown_beside_may_have_come_ahead);
     RUN(near_holds_where_a_fan_off_the_middle_has_looked);
+    RUN(a_body_goes_where_water_is_observed);
+    RUN(a_larger_body_goes_no_farther);
+    RUN(near_is_no_leave_to_go_where_a_sonar_has_not_looked);
+    RUN(near_covers_no_water_that_a_turn_brings_into_a_still_beam);
+    RUN(a_body_is_told_why_it_goes_no_farther);
+    RUN(a_body_does_not_sink_into_the_bottom);
     return test_end();
 }

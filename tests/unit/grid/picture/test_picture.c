@@ -18,9 +18,7 @@ static atomic_bool done;
 /* All that is in a publication tells its number. */
 static struct picture_entry entry_of(uint64_t number)
 {
-    struct picture_entry e = {0};
-    for (int k = 0; k < FREE_INTERVALS; k++)
-        e.free[k].t_ping_ns = e.free[k].sensors = number;
+    struct picture_entry e = {.t_look_ns = number};
     for (int i = 0; i < PICTURE_OBSTACLES; i++)
         e.obstacle[i].t_ref_ns = e.obstacle[i].t_echo_ns = number;
     return e;
@@ -28,7 +26,7 @@ static struct picture_entry entry_of(uint64_t number)
 
 static bool whole(const struct picture_entry *e)
 {
-    const struct picture_entry want = entry_of(e->free[0].t_ping_ns);
+    const struct picture_entry want = entry_of(e->t_look_ns);
     return memcmp(e, &want, sizeof want) == 0;
 }
 
@@ -78,10 +76,10 @@ TEST(nothing_is_torn_while_it_changes)
         picture_get_frame(&picture, &frame);
         picture_get(&picture, picture.n - 1, &end);
         torn += (uint64_t)(!whole(&first) + !whole(&middle) + !whole(&end) + (frame.pings != frame.t_ping_ns));
-        back += first.free[0].t_ping_ns < last;
-        last = first.free[0].t_ping_ns;
+        back += first.t_look_ns < last;
+        last = first.t_look_ns;
         if (picture_still(&picture, number)) {
-            mixed += first.free[0].t_ping_ns != number || end.free[0].t_ping_ns != number || frame.pings != number;
+            mixed += first.t_look_ns != number || end.t_look_ns != number || frame.pings != number;
             reads++;
         }
     }
@@ -102,33 +100,36 @@ TEST(both_sides_hold_the_same)
         CHECK_INT(memcmp((const void *)picture.side[0].word, (const void *)picture.side[1].word,
                          picture.n * sizeof(struct picture_entry)),
                   0);
-        CHECK_INT(memcmp((const void *)picture.side[0].block, (const void *)picture.side[1].block,
-                         (picture.n + 63) / 64 * sizeof(struct picture_block)),
+        CHECK_INT(memcmp((const void *)picture.side[0].holds, (const void *)picture.side[1].holds,
+                         (picture.n + 63) / 64 * sizeof(uint64_t)),
                   0);
     }
     free(picture.side[0].word);
 }
 
-/* Publishes one entry after another of one direction: something is told of it, then nothing is. */
-TEST(a_direction_is_told_of_while_its_entry_says_something)
+/* Publishes one entry after another of one direction: it holds an obstacle, then it does not. What is told of it is
+ * where that begins, or an echo that is too little to block. */
+TEST(a_direction_is_marked_while_it_holds_an_obstacle)
 {
-    static const struct picture_entry entries[] = {{.free = {{.t_ping_ns = 1}}},
-                                                   {.obstacle = {{.logodds = 1, .near_m = 2}}},
-                                                   {.obstacle = {{.logodds = -1}}},
-                                                   {.obstacle = {{.near_m = 2}}},
-                                                   {.free = {{.from_m = 1}}}};
-    static const bool told[] = {true, true, true, true, false}, obstacle[] = {false, true, false, false, false};
+    static const struct {
+        struct picture_entry entry;
+        bool holds;
+        double told_m;
+    } row[] = {
+        {{.t_look_ns = 1}, false, INFINITY},
+        {{.obstacle = {{.logodds = 1, .near_m = 2}}}, true, 2},
+        {{.obstacle = {{.logodds = 1, .near_m = 2}, {.logodds = 1, .near_m = 1.5f}}, .hint_m = 3}, true, 1.5},
+        {{.obstacle = {{.logodds = -1}}}, false, INFINITY},
+        {{.obstacle = {{.near_m = 2}}, .hint_m = 3}, false, 3}};
     start();
     const uint32_t last = picture.n - 1;
-    for (size_t i = 0; i < 5; i++) {
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
         picture_begin(&picture);
-        picture_set(&picture, last, &entries[i]);
+        picture_set(&picture, last, &row[i].entry);
         picture_end(&picture);
-        const struct picture_block b = picture_block(&picture, last / 64);
-        CHECK_INT(b.told, (uint64_t)told[i] << last % 64);
-        CHECK_INT(b.obstacle, (uint64_t)obstacle[i] << last % 64);
-        CHECK_INT(picture_blank(&picture, last), !told[i]);
-        CHECK_INT(picture_block(&picture, 0).told, 0);
+        CHECK_INT(picture_holding(&picture, last / 64), (uint64_t)row[i].holds << last % 64);
+        CHECK_INT(picture_holding(&picture, 0), 0);
+        CHECK(picture_told_m(&picture, last) == row[i].told_m);
     }
     free(picture.side[0].word);
 }
@@ -137,6 +138,6 @@ int main(void)
 {
     RUN(nothing_is_torn_while_it_changes);
     RUN(both_sides_hold_the_same);
-    RUN(a_direction_is_told_of_while_its_entry_says_something);
+    RUN(a_direction_is_marked_while_it_holds_an_obstacle);
     return test_end();
 }

@@ -42,7 +42,7 @@ static void start(void)
 static double edge_m(double az_deg)
 {
     struct picture *p = sphere_picture(sphere);
-    return picture_edge_m(p, rings_index(p->rings, geo_rad(az_deg), 1e-6));
+    return picture_told_m(p, rings_index(p->rings, geo_rad(az_deg), 1e-6));
 }
 
 static void drift_to(double level_m, double depth_m)

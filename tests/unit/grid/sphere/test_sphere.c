@@ -56,6 +56,7 @@ static void ping_el(double az_deg, double el_deg, double range_m, double free_m,
     struct echoes e = {.t_ns = now.now_ns,
                        .seq = ++seq,
                        .n_beams = 1,
+                       .turns = true,
                        .flags = new_turn ? PING_NEW_TURN : 0,
                        .range_max_m = 20,
                        .az_aperture_rad = (float)geo_rad(az_ap_deg),
@@ -63,7 +64,7 @@ static void ping_el(double az_deg, double el_deg, double range_m, double free_m,
                        .pose = now.pose,
                        .max_beams = 1,
                        .beam = &beam};
-    sphere_enter(sphere, &e, &mount);
+    rig_enter(&e, &mount);
 }
 
 static void ping(double az_deg, double range_m, double free_m)
@@ -80,18 +81,6 @@ static double edge_m(double az_deg)
     return (double)e.obstacle[0].near_m;
 }
 
-/* Where the free water level at az ends. */
-static double free_end_m(double az_deg)
-{
-    struct picture *p = sphere_picture(sphere);
-    struct picture_entry e;
-    picture_get(p, rings_index(p->rings, geo_rad(az_deg), 0), &e);
-    double end_m = 0;
-    for (int k = 0; k < FREE_INTERVALS; k++)
-        end_m = fmax(end_m, (double)e.free[k].to_m);
-    return end_m;
-}
-
 /* Where the nearest echo begins that does not suffice to block; 0: there is none. */
 static double hint_m(double az_deg)
 {
@@ -101,9 +90,10 @@ static double hint_m(double az_deg)
     return (double)e.hint_m;
 }
 
+/* Somewhat more than a turn: where it begins there is no seam. */
 static void turn_of(double range_m, double free_m)
 {
-    for (int u = 0; u < 400; u++)
+    for (int u = 0; u < 420; u++)
         ping(u * 0.9, range_m, free_m);
 }
 
@@ -161,18 +151,7 @@ TEST(silence_is_worth_what_the_beam_claims_and_no_more)
     struct answer a = ask(10, 5);
     CHECK_INT(a.state, ANSWER_UNKNOWN);
     CHECK_INT(a.reason, ANSWER_BEYOND);
-    CHECK_NEAR(a.free_to_m, 0.75, 0, 0.01);
-}
-
-TEST(within_the_blind_zone_nothing_is_known)
-{
-    start(&usual);
-    turn_of(5, 0);
-    for (int i = 0; i < 3; i++) {
-        struct answer a = ask(10, 0.125 * i); /* at the vehicle's own place, too */
-        CHECK_INT(a.state, ANSWER_UNKNOWN);
-        CHECK_INT(a.reason, ANSWER_BLIND);
-    }
+    CHECK_NEAR(a.free_to_m, 0.75, 0, 0.02);
 }
 
 TEST(a_beam_that_claims_nothing_clears_nothing)
@@ -254,66 +233,32 @@ TEST(what_a_beam_may_have_missed_within_its_slack_stays)
     }
 }
 
-static double free_start_m(double az_deg)
-{
-    struct picture *p = sphere_picture(sphere);
-    struct picture_entry e;
-    picture_get(p, rings_index(p->rings, geo_rad(az_deg), 0), &e);
-    double start_m = INFINITY;
-    for (int k = 0; k < FREE_INTERVALS; k++)
-        if (e.free[k].to_m > e.free[k].from_m)
-            start_m = fmin(start_m, (double)e.free[k].from_m);
-    return start_m;
-}
-
-/* The last direction on the right that has water. */
-static double free_aside_deg(void)
-{
-    double az_deg = 1;
-    while (az_deg < 89 && free_end_m(az_deg) > 0)
-        az_deg += 2;
-    return az_deg - 2;
-}
-
 /*
- * A cone of 30 degrees, of a vehicle that goes and turns within the time of a late reading. Along its way the water is
- * shorter at both ends, across it is narrower, and an echo is nearer and wider. The wedges say the same later on.
+ * A cone of 30 degrees, of a vehicle that goes and turns within the time of a late reading. Along its way an echo is
+ * nearer, across it it is wider.
  */
-TEST(a_blurred_ping_frees_what_is_free_wherever_it_was)
+TEST(a_blurred_ping_has_its_echo_wherever_it_may_have_been)
 {
     static const struct {
         double m[3], any_m, turned_deg;
-        double from_m, to_m, near_m, aside_deg, seen_deg;
+        double near_m, seen_deg;
     } row[] = {
-        {{0, 0, 0}, 0, 0, 0.3, 4.98, 4.98, 13, 17},   {{0.4, 0, 0}, 0, 0, 0.7, 4.58, 4.58, 11, 17},
-        {{0, 0.4, 0}, 0, 0, 1.72, 4.81, 4.82, 9, 21}, {{0, 0, 0}, 0.4, 0, 1.78, 4.58, 4.58, 7, 21},
-        {{0, 0, 0}, 0, 6, 0.3, 4.98, 4.98, 7, 23},    {{0, 0, 0}, 0, 13.9, INFINITY, 0, 4.98, -1, 29},
+        {{0, 0, 0}, 0, 0, 4.98, 17},   {{0.4, 0, 0}, 0, 0, 4.58, 17}, {{0, 0.4, 0}, 0, 0, 4.82, 21},
+        {{0, 0, 0}, 0.4, 0, 4.58, 21}, {{0, 0, 0}, 0, 6, 4.98, 23},   {{0, 0, 0}, 0, 13.9, 4.98, 29},
     };
-    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++)
-        for (int again = 0; again < 2; again++) {
-            start(&usual);
-            now.pose.has = POSE_ATTITUDE | POSE_POSITION;
-            memcpy(now.pose.blur_m, row[i].m, sizeof row[i].m);
-            now.pose.blur_any_m = row[i].any_m;
-            now.pose.blur_rad = geo_rad(row[i].turned_deg);
-            for (int n = 0; n < 3; n++)
-                ping_el(0, 0, 5, 0, 30, 30);
-            if (again) { /* recentres */
-                struct pose moved = now.pose;
-                moved.position_m[2] = 0.101;
-                moved.t_ns = now.now_ns + 1;
-                sphere_follow(sphere, &moved);
-            }
-            const double slack_m = again ? 0.02 : 0.01;
-            CHECK(again || free_start_m(1) == row[i].from_m || fabs(free_start_m(1) - row[i].from_m) <= slack_m);
-            CHECK_NEAR(free_end_m(1), row[i].to_m, 0, slack_m);
-            CHECK_NEAR(edge_m(1), row[i].near_m, 0, 0.02);
-            CHECK_NEAR(free_aside_deg(), row[i].aside_deg, 0, 0);
-            CHECK(edge_m(row[i].seen_deg - 2) > 0 && edge_m(row[i].seen_deg + 2) == 0);
-            if (test_case_failed)
-                printf("(row %zu, %d: %g %g %g %g)\n", i, again, free_start_m(1), free_end_m(1), edge_m(1),
-                       free_aside_deg());
-        }
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        start(&usual);
+        now.pose.has = POSE_ATTITUDE | POSE_POSITION;
+        memcpy(now.pose.blur_m, row[i].m, sizeof row[i].m);
+        now.pose.blur_any_m = row[i].any_m;
+        now.pose.blur_rad = geo_rad(row[i].turned_deg);
+        for (int n = 0; n < 3; n++)
+            ping_el(0, 0, 5, 0, 30, 30);
+        CHECK_NEAR(edge_m(1), row[i].near_m, 0, 0.02);
+        CHECK(edge_m(row[i].seen_deg - 2) > 0 && edge_m(row[i].seen_deg + 2) == 0);
+        if (test_case_failed)
+            printf("(row %zu: %g)\n", i, edge_m(1));
+    }
 }
 
 /* Another sonar's newer ping has brought the centre on; what the late reading says lies where it was. */
@@ -335,7 +280,6 @@ TEST(a_ping_that_was_dated_back_does_not_bring_the_centre_back)
     sphere_stats(sphere, &stats);
     CHECK_INT(stats.recentred, 1);
     CHECK_NEAR(edge_m(1), 4 - 0.02, 0, 0.05);
-    CHECK_NEAR(free_end_m(1), 4 - 0.02, 0, 0.03);
     struct picture_frame frame;
     picture_get_frame(sphere_picture(sphere), &frame);
     CHECK_INT(frame.t_ping_ns, 1001 * SECOND);
@@ -513,7 +457,7 @@ TEST(doubtful_echoes_are_neither_blocked_nor_clear_beyond)
                        .el_aperture_rad = (float)geo_rad(25),
                        .pose = pose_identity,
                        .beam = &beam};
-    sphere_enter(sphere, &e, &mount);
+    rig_enter(&e, &mount);
     CHECK_INT(ask(0, 3).state, ANSWER_CLEAR);
     CHECK_INT(ask(0, 8).state, ANSWER_UNKNOWN);
     CHECK_INT(ask(0, 8).reason, ANSWER_BEYOND);
@@ -528,7 +472,7 @@ TEST(an_unpinged_gap_is_unknown_though_its_neighbours_are_clear)
         if (u < 45 || u > 65)
             ping(u * 0.9, 0, 10);
     CHECK_INT(ask(0, 8).state, ANSWER_CLEAR);
-    CHECK_INT(ask(50, 8).reason, ANSWER_NEVER);
+    CHECK_INT(ask(50, 8).state, ANSWER_UNKNOWN);
     CHECK_INT(ask(37, 8).state, ANSWER_UNKNOWN); /* its cone reaches into the gap */
 }
 
@@ -537,11 +481,10 @@ TEST(a_wide_beam_blocks_its_whole_opening)
     start(&usual);
     ping_el(0, 0, 5, 0, 2, 25);
     struct answer_query q = {.el_rad = geo_rad(11), .distance_m = 6, .half_angle_rad = geo_rad(1)};
-    struct answer a;
-    answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
+    struct answer a = rig_line(&q);
     CHECK_INT(a.state, ANSWER_BLOCKED);
     q.el_rad = geo_rad(20);
-    answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
+    a = rig_line(&q);
     CHECK_INT(a.state, ANSWER_UNKNOWN);
 }
 
@@ -560,8 +503,7 @@ TEST(once_given_an_attitude_the_grid_is_north_up)
     CHECK_NEAR(ask(90, 6).range_m, 3, 0, 0.05);
     CHECK_NEAR(ask(0, 6).range_m, 5, 0, 0.05);
     struct answer_query q = {.az_rad = geo_rad(90), .ned = true, .distance_m = 6, .half_angle_rad = geo_rad(2)};
-    struct answer a;
-    answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
+    struct answer a = rig_line(&q);
     CHECK_NEAR(a.range_m, 3, 0, 0.05);
 }
 
@@ -570,8 +512,7 @@ TEST(without_an_attitude_north_is_unknown)
     start(&usual);
     turn_of(5, 0);
     struct answer_query q = {.ned = true, .distance_m = 6, .half_angle_rad = geo_rad(5)};
-    struct answer a;
-    answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
+    struct answer a = rig_line(&q);
     CHECK_INT(a.state, ANSWER_UNKNOWN);
     CHECK_INT(a.reason, ANSWER_NO_FRAME);
 }
@@ -665,8 +606,7 @@ TEST(a_long_way_moves_obstacles_to_a_new_anchor)
     }
     /* each direction's obstacle was the middle of 5 m of wall: seen from here it may be 10 degrees off */
     struct answer_query q = {.distance_m = 30, .half_angle_rad = geo_rad(10)};
-    struct answer a;
-    answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
+    struct answer a = rig_line(&q);
     CHECK_INT(a.state, ANSWER_BLOCKED);
     CHECK_NEAR(a.range_m, 20, 0, 0.5);
     sphere_stats(sphere, &after);
@@ -675,7 +615,7 @@ TEST(a_long_way_moves_obstacles_to_a_new_anchor)
     ping(90, 0, 10);
     CHECK_INT(ask(180, 1).state, ANSWER_UNKNOWN);
     q.half_angle_rad = geo_rad(20);
-    answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
+    a = rig_line(&q);
     CHECK_INT(a.state, ANSWER_BLOCKED);
     CHECK_NEAR(a.range_m, 10, 0, 1);
 }
@@ -689,7 +629,6 @@ TEST(cleared_water_is_unknown_once_the_vehicle_has_driven_on)
     now.pose.position_m[1] = 0.15;
     now.pose.path_m = 0.15;
     CHECK_INT(ask(0, 8).state, ANSWER_CLEAR);
-    CHECK_NEAR(ask(0, 8).free_to_m, 10 - 0.15 * (1 + POSE_WAY_ERROR), 0, 1e-5);
     now.pose.position_m[1] = POSE_STEP_MOST_M + 0.01; /* and no ping since */
     CHECK_INT(ask(0, 8).reason, ANSWER_MOVED);
     now.pose.position_m[1] = 0;
@@ -828,29 +767,30 @@ TEST(a_beam_that_hears_nothing_usable_takes_back_what_was_clear)
 }
 
 /* Nobody knows to which direction it speaks: what others heard of the water only grows older, as without it. */
-TEST(a_ping_of_no_certain_place_frees_nothing_and_takes_nothing_back)
+static void sweep_ahead(double range_m)
+{
+    for (double az_deg = -18; az_deg <= 18; az_deg += 0.9)
+        ping(az_deg, range_m, 8);
+}
+
+TEST(a_ping_of_no_certain_place_takes_nothing_back)
 {
     static const double slack[][2] = {{0.15, 0}, {0, 1.1 * GEO_PI / 180}};
     for (size_t i = 0; i < sizeof slack / sizeof slack[0]; i++) {
         start(&usual);
-        now.pose.uncertain_m = slack[i][0];
-        now.pose.uncertain_rad = slack[i][1];
-        turn_of(0, 8);
-        now.pose.uncertain_m = now.pose.uncertain_rad = 0;
-        CHECK_INT(ask(0, 5).state, ANSWER_UNKNOWN);
-        turn_of(0, 8);
+        sweep_ahead(0);
         now.now_ns += SECOND;
         now.pose.uncertain_m = slack[i][0];
         now.pose.uncertain_rad = slack[i][1];
-        turn_of(0, 8);
+        sweep_ahead(0);
         now.pose.uncertain_m = now.pose.uncertain_rad = 0;
         CHECK_INT(ask(0, 5).state, ANSWER_CLEAR);
         CHECK_NEAR(ask(0, 5).age_s, 1, 1e-9, 0);
         now.pose.uncertain_m = slack[i][0];
-        turn_of(4, 0);
+        sweep_ahead(4);
         now.pose.uncertain_m = 0;
         CHECK_INT(ask(0, 5).state, ANSWER_BLOCKED);
-        CHECK_NEAR(ask(0, 5).free_to_m, 4 - 0.02 - slack[i][0], 0, 0.01);
+        CHECK_NEAR(ask(0, 5).free_to_m, 4 - 0.02 - slack[i][0], 0, 0.02);
     }
 }
 
@@ -865,30 +805,6 @@ TEST(a_lost_sonar_makes_its_clear_water_unknown_at_once)
     CHECK_INT(ask(0, 4).state, ANSWER_CLEAR);
 }
 
-TEST(a_cell_much_wider_than_the_beam_is_never_cleared_by_it)
-{
-    struct sphere_conf coarse = usual;
-    coarse.angular_step_rad = geo_rad(15);
-    start(&coarse);
-    turn_of(0, 8);
-    CHECK_INT(ask(0, 5).state, ANSWER_UNKNOWN);
-    turn_of(5, 0);
-    CHECK_INT(ask(0, 6).state, ANSWER_BLOCKED);
-}
-
-TEST(a_corridor_says_how_far_its_sides_are_blind)
-{
-    start(&usual);
-    for (int u = 0; u < 400; u++) /* all round, up and down */
-        for (int el = -88; el <= 88; el += 4)
-            ping_el(u * 0.9, el, 0, 8, 2, 25);
-    struct answer_query q = {.distance_m = 3, .corridor = true, .radius_m = 0.25};
-    struct answer a;
-    answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
-    CHECK_INT(a.state, ANSWER_CLEAR);
-    CHECK(a.blind_to_m >= 0.25); /* the corridor leaves the sides within the ring-down of 0.3 m */
-}
-
 TEST(a_head_that_hangs_low_does_not_see_the_water_before_the_bow)
 {
     start(&usual);
@@ -896,8 +812,8 @@ TEST(a_head_that_hangs_low_does_not_see_the_water_before_the_bow)
     turn_of(0, 8);
     CHECK_INT(ask(0, 2).state, ANSWER_UNKNOWN);
     struct answer a = ask(0, 6);
-    CHECK_INT(a.state, ANSWER_CLEAR);
-    CHECK(a.blind_to_m > 0.5 / tan(geo_rad(12.5)));
+    CHECK(a.state == ANSWER_UNKNOWN && a.reason == ANSWER_BLIND);
+    CHECK(a.blind_to_m > 0.5 / tan(geo_rad(12.5)) && a.free_to_m > 5.9);
 }
 
 /* As it is on a vehicle: the head sits forward and low, and its ring-down ends a little elsewhere in every beam. */
@@ -916,7 +832,10 @@ TEST(a_head_off_the_centre_clears_all_round_whatever_its_ring_down)
             }
         int clear = 0;
         for (int az = 0; az < 360; az += 10)
-            clear += ask(az, 3).state == ANSWER_CLEAR;
+            clear +=
+                rig_line(&(struct answer_query){
+                             .az_rad = geo_rad(az), .distance_m = 3, .half_angle_rad = geo_rad(5), .near_m = 2})
+                    .state == ANSWER_CLEAR;
         CHECK_INT(clear, 36);
     }
 }
@@ -939,7 +858,7 @@ TEST(what_was_free_ahead_stays_so_on_the_way_there)
         ping(180, 5, 0);
         const struct answer ahead = ask(0, 4);
         CHECK_INT(ahead.state, ANSWER_CLEAR);
-        CHECK(ahead.blind_to_m < 1 && ahead.free_to_m < 5);
+        CHECK(ahead.blind_to_m <= 1 && ahead.free_to_m < 5);
         if (test_case_failed)
             return;
     }
@@ -955,7 +874,7 @@ static void go_without_pings(double to_m, bool follows)
         now.pose.position_m[1] += 0.05;
         now.pose.path_m += 0.05;
         if (follows)
-            sphere_follow(sphere, &now.pose);
+            rig_follow(&now.pose);
     }
 }
 
@@ -964,7 +883,7 @@ static void look_around(void)
     start(&usual);
     now.pose.has = POSE_ATTITUDE | POSE_POSITION;
     now.pose_fresh = true;
-    for (int u = 0; u < 400; u++)
+    for (int u = 0; u < 420; u++)
         ping(u * 0.9, u >= 50 && u < 150 ? 5 : 0, 10); /* a wall on that side */
 }
 
@@ -972,11 +891,10 @@ static void look_around(void)
 static struct answer ask_far_on(double az_deg, double distance_m)
 {
     const struct answer_conf any_way = {.clear_for_s = 30, .move_limit_m = INFINITY};
-    const struct answer_query q = {
-        .az_rad = geo_rad(az_deg), .distance_m = distance_m, .half_angle_rad = geo_rad(5)};
-    struct answer a;
-    answer_direction(sphere_picture(sphere), &any_way, &now, &q, &a);
-    return a;
+    return rig_line_by(&any_way, &(struct answer_query){.az_rad = geo_rad(az_deg),
+                                                        .distance_m = distance_m,
+                                                        .half_angle_rad = geo_rad(5),
+                                                        .near_m = RIG_NEAR_M});
 }
 
 TEST(the_centre_follows_while_no_ping_comes)
@@ -1013,9 +931,9 @@ TEST(the_centre_does_not_follow_what_the_next_ping_must_judge)
 }
 
 /* Of the way since the ping the vehicle may have gone a part to the side, by the drift of its heading since. */
-TEST(free_water_and_obstacles_lose_by_a_way_in_a_wrong_direction)
+TEST(obstacles_come_nearer_by_a_way_in_a_wrong_direction)
 {
-    double free_m[2], near_m[2];
+    double near_m[2];
     for (int drifts = 0; drifts < 2; drifts++) {
         start(&usual);
         now.pose.has = POSE_ATTITUDE | POSE_POSITION;
@@ -1027,11 +945,9 @@ TEST(free_water_and_obstacles_lose_by_a_way_in_a_wrong_direction)
             now.pose.position_m[0] = now.pose.path_m = 0.02 * step;
             ping(180, 6, 0);
         }
-        free_m[drifts] = free_end_m(0);
         near_m[drifts] = edge_m(0);
     }
-    /* 1 m and 0.01 rad, as of the last step; an obstacle loses step by step */
-    CHECK(free_m[0] - free_m[1] > 0.007 && free_m[0] - free_m[1] < 0.01);
+    /* 1 m and 0.01 rad, step by step */
     CHECK(near_m[0] - near_m[1] > 0.003 && near_m[0] - near_m[1] < 0.01);
 }
 
@@ -1046,7 +962,7 @@ TEST(the_centre_does_not_go_back_to_a_pose_from_before_the_last_ping)
     now.now_ns += SECOND;
     ping(0, 0, 10);
     sphere_stats(sphere, &before);
-    sphere_follow(sphere, &waited);
+    rig_follow(&waited);
     sphere_stats(sphere, &after);
     CHECK_INT(after.recentred, before.recentred);
     CHECK_INT(ask_far_on(180, 6).state, ANSWER_CLEAR);
@@ -1060,20 +976,19 @@ TEST(a_place_far_off_for_a_moment_is_not_followed)
         now.pose.t_ns = now.now_ns;
         now.pose.position_m[1] = 3 * far;
         now.pose.path_m += 3;
-        sphere_follow(sphere, &now.pose);
+        rig_follow(&now.pose);
         CHECK(far ? ask_far_on(0, 6).state != ANSWER_CLEAR : ask_far_on(0, 6).state == ANSWER_CLEAR);
     }
     CHECK_INT(ask_far_on(90, 6).state, ANSWER_BLOCKED);
 }
 
-/* ---- from one side of a cell to the other: cells of 2 degrees, from 0 on ---- */
+/* ---- along lines ---- */
 
 static enum answer_state along(double az_deg, double distance_m)
 {
-    const struct answer_query q = {.az_rad = geo_rad(az_deg), .distance_m = distance_m, .half_angle_rad = 1e-4};
-    struct answer a;
-    answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
-    return a.state;
+    const struct answer_query q = {
+        .az_rad = geo_rad(az_deg), .distance_m = distance_m, .half_angle_rad = 1e-4, .near_m = RIG_NEAR_M};
+    return rig_line(&q).state;
 }
 
 /* A beam of 25 degrees in height around az, after a second. */
@@ -1094,64 +1009,24 @@ TEST(beside_a_sector_that_was_wider_long_ago_nothing_is_free)
     CHECK_INT(along(91.9, 4), ANSWER_UNKNOWN); /* in the cell whose middle is at 91 */
 }
 
-/* Looks north, each after a second and on the same way: how far the water was free, 0: nothing usable; -1: no look, the
- * centre follows the vehicle. How far is said to be free then. */
-static double free_after(const double *free_m, int n)
-{
-    start(&usual);
-    now.pose.has = POSE_ATTITUDE | POSE_POSITION;
-    now.pose_fresh = true;
-    for (int i = 0; i < n; i++)
-        if (free_m[i] < 0) {
-            now.pose.position_m[0] += 0.3;
-            now.pose.path_m += 0.3;
-            now.pose.t_ns = now.now_ns;
-            sphere_follow(sphere, &now.pose);
-        } else {
-            look_again(1, 8, 0, free_m[i]);
-        }
-    return free_end_m(1);
-}
-
-TEST(one_look_that_receives_nothing_usable_is_forgiven_and_a_second_is_not)
-{
-    static const struct {
-        double looks[6], free_m; /* before the vehicle's way */
-        int n, steps;
-    } cases[] = {{{5, 0}, 5, 2, 0},
-                 {{5, 0, 0}, 0, 3, 0},
-                 {{5, 0, 4, 0}, 5, 4, 0},
-                 {{5, 0, 0, 4, 0}, 4, 5, 0},
-                 {{0}, 0, 1, 0},
-                 {{0, 5, 0, 0, 3}, 3, 5, 0},
-                 {{5, 0, -1}, 5, 3, 1},
-                 {{5, 0, -1, 0}, 0, 4, 1},
-                 {{5, 0, 0, -1}, 0, 4, 1},
-                 {{5, 0, 4, 0, -1}, 5, 5, 1},
-                 {{5, 0, 0, 4, 0, -1}, 4, 6, 1},
-                 {{5, 0, 4, -1, 0}, 5, 5, 1}};
-    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        const double way_m = 0.3 * cases[i].steps, kept_m = fmax(cases[i].free_m - way_m, 0);
-        CHECK_NEAR(fmax(free_after(cases[i].looks, cases[i].n), 0), kept_m, 0, 0.011 * way_m + 1e-6);
-    }
-}
-
 TEST(what_a_deaf_sonar_takes_back_stays_so_however_well_its_bearing_was_known)
 {
     for (int i = 0; i < 4; i++) {
-        const double way[] = {5};
-        free_after(way, 1);
-        CHECK_NEAR(free_end_m(1), 5, 0, 1e-6);
+        start(&usual);
+        now.pose.has = POSE_ATTITUDE | POSE_POSITION;
+        now.pose_fresh = true;
+        look_again(1, 12, 0, 5);
+        CHECK_INT(along(1, 4), ANSWER_CLEAR);
         now.pose.uncertain_rad = 0.03 * i;
-        look_again(1, 8, 0, 0);
-        look_again(1, 8, 0, 0);
+        look_again(1, 12, 0, 0);
+        look_again(1, 12, 0, 0);
         now.pose.uncertain_rad = 0;
-        CHECK(free_end_m(1) <= 0);
+        CHECK_INT(along(1, 4), ANSWER_UNKNOWN);
         now.pose.position_m[0] += 0.3;
         now.pose.path_m += 0.3;
         now.pose.t_ns = now.now_ns;
-        sphere_follow(sphere, &now.pose);
-        CHECK(free_end_m(1) <= 0);
+        rig_follow(&now.pose);
+        CHECK_INT(along(1, 4), ANSWER_UNKNOWN);
     }
 }
 
@@ -1161,13 +1036,12 @@ TEST(a_sonar_that_stays_deaf_takes_back_what_it_points_at)
     turn_of(0, 5);
     for (int k = 0; k < 4; k++)
         look_again(20 + 10 * k, 2.4, 0, 0);
-    CHECK_INT(along(20, 4), ANSWER_CLEAR); /* one ping may be noisy */
-    for (int k = 1; k < 4; k++)
+    for (int k = 0; k < 4; k++)
         CHECK_INT(along(20 + 10 * k, 4), ANSWER_UNKNOWN);
     CHECK_INT(along(60, 4), ANSWER_CLEAR);
     look_again(100, 2.4, 0, 5);
     look_again(120, 2.4, 0, 0);
-    CHECK_INT(along(120, 4), ANSWER_CLEAR);
+    CHECK_INT(along(120, 4), ANSWER_CLEAR); /* one ping may be noisy */
 }
 
 /* Its neighbours' beams end just beyond the middles of two cells: what stands between them was in no beam. */
@@ -1182,211 +1056,6 @@ TEST(the_gap_that_a_lost_ping_leaves_is_not_free)
         CHECK_INT(along(10.5, 4), lost ? ANSWER_UNKNOWN : ANSWER_CLEAR);
         CHECK_INT(along(7, 4), ANSWER_CLEAR);
         CHECK_INT(along(13, 4), ANSWER_CLEAR);
-    }
-}
-
-TEST(the_side_of_a_cell_is_taken_back_like_its_middle)
-{
-    start(&usual);
-    look_again(1, 8, 0, 5);
-    CHECK_INT(along(1.9, 4), ANSWER_CLEAR);
-    look_again(2, 2.4, 0, 0); /* nothing usable, ... */
-    look_again(2, 2.4, 0, 0); /* and again */
-    look_again(0.4, 2, 0, 5); /* the middle again, and the left side */
-    CHECK_INT(along(1.9, 4), ANSWER_UNKNOWN);
-    start(&usual);
-    look_again(1, 8, 0, 10);
-    look_again(2, 2.4, 3, 0); /* an echo */
-    for (int n = 0; n < 8; n++)
-        look_again(0.4, 2, 0, 10);
-    CHECK(along(1.9, 5) != ANSWER_CLEAR);
-}
-
-TEST(a_longer_look_at_a_side_makes_it_new)
-{
-    start(&usual);
-    look_again(1, 2.4, 0, 5);
-    now.now_ns += 13 * SECOND;
-    look_again(1, 2.4, 0, 10);
-    now.now_ns += SECOND;
-    look_again(1, 2.4, 0, 2);
-    CHECK_INT(along(1, 9), ANSWER_CLEAR);
-}
-
-TEST(a_single_beam_of_two_cells_frees_a_cell)
-{
-    struct sphere_conf fine = usual;
-    fine.angular_step_rad = geo_rad(1);
-    for (int az = 0; az < 40; az++) {
-        start(&fine);
-        ping_el(az, 0, 0, 5, 2, 25); /* its sides are those of cells, but for rounding */
-        CHECK_INT(along(az + 0.5, 4), ANSWER_CLEAR);
-    }
-}
-
-/* ---- claims against the beams that they rest on ---- */
-
-static struct {
-    double origin[3], az;
-    double free_m;
-} beams[4000];
-static int n_beams;
-
-static void look_at(double az_rad, double free_m)
-{
-    double lever[3], v[3], az, el;
-    quat_rotate(now.pose.attitude, mount.position_m, lever);
-    geo_direction(az_rad, 0, v);
-    quat_rotate(now.pose.attitude, v, v);
-    geo_angles(v, &az, &el);
-    for (int i = 0; i < 3; i++)
-        beams[n_beams].origin[i] = now.pose.position_m[i] + lever[i];
-    beams[n_beams].az = az;
-    beams[n_beams++].free_m = free_m;
-    ping(geo_deg(az_rad), 0, free_m);
-}
-
-/* Was the place in the water that some beam freed? Half a beam and so much more in azimuth; the fan in height. */
-static bool was_freed(const double place[3], double more_deg)
-{
-    for (int i = 0; i < n_beams; i++) {
-        double v[3], az, el, range = 0;
-        for (int k = 0; k < 3; k++) {
-            v[k] = place[k] - beams[i].origin[k];
-            range += v[k] * v[k];
-        }
-        geo_angles(v, &az, &el);
-        if (sqrt(range) <= beams[i].free_m + 0.05 && fabs(el) <= geo_rad(12.6) &&
-            fabs(geo_wrap_pi(az - beams[i].az)) <= geo_rad(1 + more_deg))
-            return true;
-    }
-    return false;
-}
-
-/* Of a ray of the direction; aside: from -1 to 1, from one side of its cell to the other. */
-static int ray_claimed_and_not_freed(uint32_t d, double aside, double more_deg, int *claimed)
-{
-    struct picture *p = sphere_picture(sphere);
-    struct picture_frame frame;
-    struct picture_entry e;
-    double az, el, ray[3];
-    int wrong = 0;
-    picture_get_frame(p, &frame);
-    picture_get(p, d, &e);
-    rings_centre(p->rings, d, &az, &el);
-    geo_direction(az + aside * rings_width(p->rings, rings_ring(p->rings, d)) / 2, el, ray);
-    for (int k = 0; k < FREE_INTERVALS; k++)
-        for (double r = e.free[k].from_m + 0.02; e.free[k].t_ping_ns && r < e.free[k].to_m; r += 0.1) {
-            double place[3];
-            for (int i = 0; i < 3; i++)
-                place[i] = frame.centre_m[i] + r * ray[i];
-            ++*claimed;
-            wrong += !was_freed(place, more_deg);
-        }
-    return wrong;
-}
-
-/* Seen from elsewhere, neighbouring rays cross a wedge's side at ranges that differ. */
-#define HALF_CELL_DEG 1.1
-
-static int claimed_and_not_freed(double more_deg, int *claimed)
-{
-    int wrong = 0;
-    for (uint32_t d = 0; d < sphere_picture(sphere)->n; d++)
-        for (int aside = -1; aside <= 1; aside++)
-            wrong += ray_claimed_and_not_freed(d, 0.99 * aside, more_deg, claimed);
-    return wrong;
-}
-
-TEST(with_any_mount_and_on_the_move_only_freed_water_is_claimed)
-{
-    uint64_t seed = test_seed();
-    for (int trial = 0; trial < 6; trial++) {
-        start(&usual);
-        n_beams = 0;
-        now.pose.has = POSE_ATTITUDE | POSE_POSITION;
-        now.pose_fresh = true;
-        quat_from_rpy(0, 0, 6 * test_uniform(&seed), now.pose.attitude);
-        for (int i = 0; i < 3; i++)
-            mount.position_m[i] = trial % 3 ? (test_uniform(&seed) - 0.5) * (i == 2 ? 0.6 : 1.2) : 0;
-        const bool alike = trial % 2 == 0; /* all beams are free as far */
-        int from = (int)(400 * test_uniform(&seed)), claimed = 0;
-        for (int turns = 0; turns < 2; turns++)
-            for (int u = 0; u < 120; u++) { /* a sector of 108 degrees */
-                now.now_ns += SECOND / 20;
-                look_at(geo_rad((from + u) * 0.9), alike ? 5 : 3 + 3 * test_uniform(&seed));
-            }
-        CHECK_INT(claimed_and_not_freed(alike ? 0.1 : HALF_CELL_DEG + 1, &claimed), 0);
-        CHECK(claimed > 1000);
-        if (trial < 3)
-            continue;
-        double way = GEO_TURN * test_uniform(&seed);
-        for (int step = 1; step <= 45; step++) { /* 0.45 m, looking elsewhere; every tenth step is a ping */
-            now.pose.position_m[0] += 0.01 * cos(way);
-            now.pose.position_m[1] += 0.01 * sin(way);
-            now.pose.path_m += 0.01;
-            if (step % 10 == 0)
-                look_at(geo_rad((from + 200) * 0.9), 1);
-        }
-        claimed = 0;
-        CHECK_INT(claimed_and_not_freed(HALF_CELL_DEG + !alike, &claimed), 0);
-        CHECK(claimed > 500);
-        printf("# trial %d: %d places claimed after 0.45 m\n", trial, claimed);
-    }
-}
-
-/* At random places across all cells: rays at their middles and sides alone would not show a gap between. */
-static int claimed_at_random(uint64_t *seed, double more_deg, int *claimed)
-{
-    int wrong = 0;
-    for (uint32_t d = 0; d < sphere_picture(sphere)->n; d++)
-        for (int k = 0; k < 3; k++)
-            wrong += ray_claimed_and_not_freed(d, 1.99 * test_uniform(seed) - 0.995, more_deg, claimed);
-    return wrong;
-}
-
-TEST(between_overlapping_beams_all_of_a_cell_was_freed)
-{
-    uint64_t seed = test_seed();
-    for (int trial = 0; trial < 6; trial++) {
-        const double step_deg = 0.6 + 1.3 * test_uniform(&seed), from_deg = 360 * test_uniform(&seed);
-        int claimed = 0;
-        start(&usual);
-        n_beams = 0;
-        now.pose.has = POSE_ATTITUDE | POSE_POSITION;
-        quat_from_rpy(0, 0, 6 * test_uniform(&seed), now.pose.attitude);
-        for (int i = 0; i < 2 && trial % 2; i++)
-            mount.position_m[i] = test_uniform(&seed) - 0.5;
-        for (int u = 0; u < 60; u++) {
-            now.now_ns += SECOND / 20;
-            look_at(geo_rad(from_deg + u * step_deg), 5);
-        }
-        CHECK_INT(claimed_at_random(&seed, 0.02, &claimed), 0);
-        CHECK(claimed > 1000);
-    }
-}
-
-/* A head that hears one side of the vehicle alone leaves a gap ahead.
- * On a long way the rays beside it come to lie in it. */
-TEST(where_nobody_looked_ahead_nothing_becomes_free_on_the_way_there)
-{
-    for (int gap_deg = 5; gap_deg <= 9; gap_deg += 2) {
-        int claimed = 0;
-        start(&usual);
-        n_beams = 0;
-        now.pose.has = POSE_ATTITUDE | POSE_POSITION;
-        for (int u = 0; u < 120; u++) {
-            now.now_ns += SECOND / 20;
-            look_at(geo_rad(gap_deg + u * 0.9), 6);
-        }
-        for (int step = 1; step <= 300; step++) { /* 3 m, looking astern */
-            now.pose.position_m[0] += 0.01;
-            now.pose.path_m += 0.01;
-            if (step % 10 == 0)
-                look_at(GEO_PI, 1);
-        }
-        CHECK_INT(claimed_and_not_freed(HALF_CELL_DEG, &claimed), 0);
-        CHECK(claimed > 1000);
     }
 }
 
@@ -1432,8 +1101,10 @@ TEST(in_a_room_sectors_are_its_walls_and_never_clear_beyond)
                 ping(u * 0.9, heard_wall(sensor, geo_rad(u * 0.9) + yaw), 0);
             }
         struct answer sector[72];
-        answer_sectors(sphere_picture(sphere), &limits, &now,
-                       &(struct answer_band){.lo_rad = geo_rad(-5), .hi_rad = geo_rad(5), .count = 72}, sector);
+        rig_band(
+            &(struct answer_band){
+                .lo_rad = geo_rad(-5), .hi_rad = geo_rad(5), .reach_m = 20, .near_m = RIG_NEAR_M, .count = 72},
+            sector);
         for (int k = 0; k < 72; k++) {
             double nearest = INFINITY, farthest = 0;
             for (double off = -6.5; off <= 6.5;
@@ -1454,32 +1125,32 @@ TEST(in_a_room_sectors_are_its_walls_and_never_clear_beyond)
 TEST(asking_for_more_never_turns_blocked_or_unknown_into_clear)
 {
     uint64_t seed = test_seed();
-    for (int scene = 0; scene < 10; scene++) {
+    for (int scene = 0; scene < 3; scene++) {
         start(&usual);
         for (int i = 0; i < 600; i++)
             ping_el(360 * test_uniform(&seed), 20 * test_uniform(&seed) - 10,
                     test_uniform(&seed) < 0.3 ? 1 + 8 * test_uniform(&seed) : 0, 10 * test_uniform(&seed), 4, 25);
-        for (int i = 0; i < 20; i++) {
+        for (int i = 0; i < 8; i++) {
             struct answer_query q = {.az_rad = GEO_TURN * test_uniform(&seed),
                                      .el_rad = 0.2 * test_uniform(&seed),
                                      .distance_m = 0.5,
+                                     .near_m = RIG_NEAR_M,
                                      .corridor = i % 2,
                                      .radius_m = 0.3,
                                      .half_angle_rad = geo_rad(8 * test_uniform(&seed))};
             enum answer_state before = ANSWER_CLEAR;
-            for (; q.distance_m < 12; q.distance_m += 0.25) {
-                struct answer a;
-                answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
-                CHECK(!(before != ANSWER_CLEAR && a.state == ANSWER_CLEAR) || a.blind_to_m >= q.distance_m - 0.25);
+            for (; q.distance_m < 12; q.distance_m += 0.5) {
+                struct answer a = rig_line(&q);
+                CHECK(!(before != ANSWER_CLEAR && a.state == ANSWER_CLEAR));
                 CHECK(!(before == ANSWER_BLOCKED && a.state != ANSWER_BLOCKED));
                 before = a.state;
             }
             struct answer narrow, wide;
             q.distance_m = 5;
-            answer_direction(sphere_picture(sphere), &limits, &now, &q, &narrow);
+            narrow = rig_line(&q);
             q.half_angle_rad *= 2;
             q.radius_m *= 2;
-            answer_direction(sphere_picture(sphere), &limits, &now, &q, &wide);
+            wide = rig_line(&q);
             CHECK(!(narrow.state != ANSWER_CLEAR && wide.state == ANSWER_CLEAR));
             CHECK(!(narrow.state == ANSWER_BLOCKED && wide.state != ANSWER_BLOCKED));
         }
@@ -1504,12 +1175,12 @@ TEST(a_level_grid_gives_the_same_ring)
     };
     for (size_t i = 0; i < sizeof beyond / sizeof beyond[0]; i++) {
         struct answer a;
-        answer_direction(sphere_picture(sphere), &limits, &now, &beyond[i], &a);
+        a = rig_line(&beyond[i]);
         CHECK_INT(a.reason, ANSWER_OUTSIDE);
     }
     struct answer sector[4];
-    answer_sectors(sphere_picture(sphere), &limits, &now,
-                   &(struct answer_band){.lo_rad = -1, .hi_rad = 1, .reach_m = 4, .count = 4}, sector);
+    rig_band(&(struct answer_band){.lo_rad = -1, .hi_rad = 1, .reach_m = 4, .near_m = RIG_NEAR_M, .count = 4},
+             sector);
     for (int k = 0; k < 4; k++)
         CHECK(sector[k].state != ANSWER_CLEAR);
 }
@@ -1517,10 +1188,10 @@ TEST(a_level_grid_gives_the_same_ring)
 /* Something 6 m away does not block who asks for 4 m; its range is told all the same. */
 TEST(clear_lasts_for_one_and_a_half_turns)
 {
-    CHECK_NEAR(free_clear_for_s(0, 160), 30, 0, 0); /* none is over yet */
-    CHECK_NEAR(free_clear_for_s(6, 160), 30, 0, 0);
-    CHECK_NEAR(free_clear_for_s(63, 160), 94.5, 1e-9, 0);
-    CHECK_NEAR(free_clear_for_s(200, 160), 160, 0, 0);
+    CHECK_NEAR(answer_clear_for_s(0, 160), 30, 0, 0); /* none is over yet */
+    CHECK_NEAR(answer_clear_for_s(6, 160), 30, 0, 0);
+    CHECK_NEAR(answer_clear_for_s(63, 160), 94.5, 1e-9, 0);
+    CHECK_NEAR(answer_clear_for_s(200, 160), 160, 0, 0);
 }
 
 static double turn_s(void)
@@ -1595,14 +1266,15 @@ TEST(a_sector_is_judged_as_far_as_it_is_asked_about)
     static const struct {
         double to_m;
         enum answer_state state;
-    } row[] = {{4, ANSWER_CLEAR}, {5.5, ANSWER_CLEAR}, {6.5, ANSWER_BLOCKED}, {0, ANSWER_BLOCKED}};
+    } row[] = {{4, ANSWER_CLEAR}, {5.5, ANSWER_CLEAR}, {6.5, ANSWER_BLOCKED}};
     start(&usual);
     turn_of(6, 10);
     for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         struct answer sector[8];
-        answer_sectors(sphere_picture(sphere), &limits, &now,
-                       &(struct answer_band){.lo_rad = -0.02, .hi_rad = 0.02, .reach_m = row[i].to_m, .count = 8},
-                       sector);
+        rig_band(
+            &(struct answer_band){
+                .lo_rad = -0.02, .hi_rad = 0.02, .reach_m = row[i].to_m, .near_m = RIG_NEAR_M, .count = 8},
+            sector);
         for (int k = 0; k < 8; k++) {
             CHECK_INT(sector[k].state, row[i].state);
             CHECK_NEAR(sector[k].range_m, 6, 0.2, 0);
@@ -1625,8 +1297,7 @@ TEST(a_level_grid_on_a_vehicle_that_pitches_claims_only_what_the_fan_covers)
     now.now_ns += 31 * SECOND; /* what the level turn had cleared is stale */
     turn_of(0, 8);
     struct answer_query q = {.ned = true, .distance_m = 4, .half_angle_rad = geo_rad(5)};
-    struct answer a;
-    answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
+    struct answer a = rig_line(&q);
     CHECK_INT(a.state, ANSWER_UNKNOWN);
 }
 
@@ -1636,13 +1307,12 @@ int main(void)
     RUN(an_echo_blocks_beyond_it_and_the_water_before_it_is_clear);
     RUN(a_drift_before_a_ping_brings_no_echo_of_it_nearer);
     RUN(silence_is_worth_what_the_beam_claims_and_no_more);
-    RUN(within_the_blind_zone_nothing_is_known);
     RUN(a_beam_that_claims_nothing_clears_nothing);
     RUN(clear_grows_stale_and_blocked_fades_but_never_to_clear);
     RUN(fading_is_the_closed_form_however_often_it_is_read);
     RUN(a_removed_obstacle_is_cleared_by_beams_that_pass_it);
     RUN(what_a_beam_may_have_missed_within_its_slack_stays);
-    RUN(a_blurred_ping_frees_what_is_free_wherever_it_was);
+    RUN(a_blurred_ping_has_its_echo_wherever_it_may_have_been);
     RUN(a_ping_that_was_dated_back_does_not_bring_the_centre_back);
     RUN(what_a_beam_may_have_missed_for_the_headings_drift_stays);
     RUN(a_marked_echo_blocks_until_the_next_look);
@@ -1669,29 +1339,20 @@ int main(void)
     RUN(a_clock_that_jumps_back_does_no_harm);
     RUN(senseless_grids_are_refused_with_a_sentence);
     RUN(a_beam_that_hears_nothing_usable_takes_back_what_was_clear);
-    RUN(a_ping_of_no_certain_place_frees_nothing_and_takes_nothing_back);
+    RUN(a_ping_of_no_certain_place_takes_nothing_back);
     RUN(a_lost_sonar_makes_its_clear_water_unknown_at_once);
-    RUN(a_cell_much_wider_than_the_beam_is_never_cleared_by_it);
-    RUN(a_corridor_says_how_far_its_sides_are_blind);
     RUN(a_head_that_hangs_low_does_not_see_the_water_before_the_bow);
     RUN(a_head_off_the_centre_clears_all_round_whatever_its_ring_down);
     RUN(what_was_free_ahead_stays_so_on_the_way_there);
-    RUN(free_water_and_obstacles_lose_by_a_way_in_a_wrong_direction);
+    RUN(obstacles_come_nearer_by_a_way_in_a_wrong_direction);
     RUN(the_centre_follows_while_no_ping_comes);
     RUN(the_centre_does_not_follow_what_the_next_ping_must_judge);
     RUN(the_centre_does_not_go_back_to_a_pose_from_before_the_last_ping);
     RUN(a_place_far_off_for_a_moment_is_not_followed);
     RUN(beside_a_sector_that_was_wider_long_ago_nothing_is_free);
-    RUN(one_look_that_receives_nothing_usable_is_forgiven_and_a_second_is_not);
     RUN(what_a_deaf_sonar_takes_back_stays_so_however_well_its_bearing_was_known);
     RUN(a_sonar_that_stays_deaf_takes_back_what_it_points_at);
     RUN(the_gap_that_a_lost_ping_leaves_is_not_free);
-    RUN(the_side_of_a_cell_is_taken_back_like_its_middle);
-    RUN(a_longer_look_at_a_side_makes_it_new);
-    RUN(a_single_beam_of_two_cells_frees_a_cell);
-    RUN(with_any_mount_and_on_the_move_only_freed_water_is_claimed);
-    RUN(between_overlapping_beams_all_of_a_cell_was_freed);
-    RUN(where_nobody_looked_ahead_nothing_becomes_free_on_the_way_there);
     RUN(in_a_room_sectors_are_its_walls_and_never_clear_beyond);
     RUN(asking_for_more_never_turns_blocked_or_unknown_into_clear);
     RUN(a_level_grid_gives_the_same_ring);

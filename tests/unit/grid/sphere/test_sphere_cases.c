@@ -6,7 +6,7 @@
 #include "tests/lib/table.h"
 #include "tests/lib/sphere_rig.h"
 
-#include "grid/answer/corridor.h"
+#include "grid/answer/answer.h"
 #include "grid/ping.h"
 #include "grid/sphere/view.h"
 
@@ -56,7 +56,7 @@ static void ping_as(uint8_t flags, uint16_t sensor, double az_deg, double range_
                        .el_aperture_rad = (float)geo_rad(25),
                        .pose = now.pose,
                        .beam = &beam};
-    sphere_enter(sphere, &e, &mount_identity);
+    rig_enter(&e, &mount_identity);
 }
 
 static void ping(double az_deg, double range_m, double free_m)
@@ -335,54 +335,6 @@ TEST(g17_ten_million_metres_away_all_is_as_at_home)
     }
 }
 
-/* ---- beams that do not turn ---- */
-
-/* One beam of 30 degrees a sensor, every 50 degrees from ahead on, in open water. */
-static void look(unsigned sensors)
-{
-    const struct beam_echoes beam = {.blind_m = 0.3f, .free_to_m = 10, .heard_to_m = 10, .state = BEAM_SILENT};
-    for (unsigned k = 0; k < sensors; k++) {
-        struct beam_echoes its = beam;
-        struct mount mount = mount_identity;
-        const struct echoes e = {.t_ns = now.now_ns,
-                                 .seq = ++seq,
-                                 .sensor = (uint16_t)k,
-                                 .n_beams = 1,
-                                 .range_max_m = 10,
-                                 .az_aperture_rad = (float)geo_rad(30),
-                                 .el_aperture_rad = (float)geo_rad(30),
-                                 .pose = now.pose,
-                                 .beam = &its};
-        quat_from_rpy(0, 0, geo_rad(50 * k), mount.attitude);
-        sphere_enter(sphere, &e, &mount);
-    }
-}
-
-/* How far the water ahead is known to a vehicle to which nothing stands within 3 m out of its sonars' sight. */
-static double known_ahead_m(void)
-{
-    static const struct corridor_body body = {.radius_m = 0.3, .half_height_m = 0.2, .margin_m = 0.1, .near_m = 3};
-    struct corridor c;
-    corridor_look(sphere_picture(sphere), &limits, &now, &body,
-                  &(struct corridor_query){.direction = {1, 0, 0}, .most_m = 5}, &c);
-    return c.known_m;
-}
-
-TEST(near_covers_no_water_that_a_turn_brings_into_a_still_beam)
-{
-    for (unsigned sensors = 1; sensors < 4; sensors++) {
-        start(&usual);
-        in_the_world(20);
-        for (int k = 0; k < 3; k++)
-            look(sensors);
-        CHECK_NEAR(known_ahead_m(), 5, 1e-9, 0);
-        quat_from_rpy(0, 0, geo_rad(-8), now.pose.attitude);
-        CHECK_NEAR(known_ahead_m(), 0, 0, 0.1);
-        look(sensors);
-        CHECK_NEAR(known_ahead_m(), 5, 1e-9, 0);
-    }
-}
-
 /* ---- the pool ---- */
 
 TEST(g10_noise_in_all_beams_takes_bounded_memory_and_is_counted)
@@ -588,9 +540,9 @@ TEST(every_model_blocks_the_whole_opening_and_frees_the_same_water)
                     struct answer_query q = {.az_rad = geo_rad(az),
                                              .el_rad = geo_rad(el),
                                              .distance_m = 6,
-                                             .half_angle_rad = geo_rad(1)};
-                    struct answer a;
-                    answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
+                                             .half_angle_rad = geo_rad(1),
+                                             .near_m = RIG_NEAR_M};
+                    const struct answer a = rig_line(&q);
                     CHECK_INT(a.state, ANSWER_BLOCKED);
                     CHECK(a.range_m > 4.7 && a.range_m < 5.05);
                 }
@@ -658,7 +610,6 @@ int main(void)
     RUN(g15_a_million_steps_of_a_micrometre_add_up_to_a_metre);
     RUN(g16_turning_a_million_times_changes_nothing_in_the_world);
     RUN(g17_ten_million_metres_away_all_is_as_at_home);
-    RUN(near_covers_no_water_that_a_turn_brings_into_a_still_beam);
     RUN(g10_noise_in_all_beams_takes_bounded_memory_and_is_counted);
     RUN(after_a_year_times_of_first_echoes_and_turns_are_still_right);
     RUN(a_turn_tells_what_is_new_heard_again_missed_and_gone);

@@ -171,6 +171,10 @@ TEST(an_echo_of_a_ping_that_may_be_anywhere_ends_nothing)
         ping.pose.uncertain_rad = geo_rad(poses[i].deg);
         CHECK(read_row());
         CHECK(poses[i].ends ? row.beam[1].ends_m == 10 : isinf(row.beam[1].ends_m));
+        beam[1].echo[0].flags = ECHO_OWN; /* one of the vehicle's own does not block instead */
+        next = 0;
+        CHECK(read_row());
+        CHECK(row.beam[1].ends_m == 10);
     }
 }
 

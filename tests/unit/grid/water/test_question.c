@@ -208,6 +208,7 @@ TEST(what_is_said_to_be_free_was_free_in_the_newest_ping_that_knows)
             struct score sum = {0};
             q.to_m = 8;
             q.band.parts = SECTORS;
+            q.band.width_rad = 0;
             free_of(&q);
             for (size_t k = 0; k < SECTORS; k++)
                 judge(&sonars[i], &q, k, ask_end(&asked, k).free_to_m, &sum);
@@ -224,6 +225,7 @@ TEST(a_sector_is_what_it_is_by_itself)
     double all_m[SECTORS];
     q.to_m = 8;
     q.band.parts = SECTORS;
+    q.band.width_rad = 0;
     free_of(&q);
     for (size_t k = 0; k < SECTORS; k++)
         all_m[k] = ask_end(&asked, k).free_to_m;
@@ -409,6 +411,7 @@ static void tell_costs(void)
             .attitude = {1, 0, 0, 0}, .lo_rad = -geo_rad(7.5), .hi_rad = geo_rad(7.5), .parts = 1};
         tell_cost(&all[i], "nearest", &q, true);
         q.band.parts = SECTORS;
+        q.band.width_rad = 0;
         for (q.levels = 1; q.levels <= TILES_LEVELS; q.levels++) {
             char what[40];
             snprintf(what, sizeof what, "72 sectors, %g deg", 5.0 / (1 << (q.levels - 1)));

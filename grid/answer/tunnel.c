@@ -1,21 +1,16 @@
 /* SPDX-License-Identifier: MIT */
-#include "corridor.h"
+#include "tunnel.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "promise.h"
-#include "sight.h"
-
 /* The tunnel in the grid's axes. `up` is across the line, as nearly up in the body as may be. */
 struct tunnel {
     double along[3], side[3], up[3];
-    double half_width_m, half_height_m, most_m;
+    double front_m, half_width_m, half_height_m, most_m, near_m;
     double off_m
         [3]; /* the vehicle from the grid's centre, where the rays begin: along, to the side, up; within ... */
-    double loose_m; /* ... this */
-    double near_m;  /* water nearer than this to the grid's centre is not asked for; 0: own_m holds */
-    double own_m;   /* nor what is not so far along the line */
+    double loose_m;                  /* ... this */
     double drift_side_m, drift_up_m; /* the wall on that side is so much farther away */
     /* the body with its margin is round: so far to the side its front lies farther back */
     double round_m, across, flat_m; /* its radius; share of it along a sloping line, and what the slope takes */
@@ -41,14 +36,14 @@ static double extent(const struct corridor_body *body, double upright)
     return body->half_height_m * fabs(upright) + body->radius_m * across + body->margin_m;
 }
 
-#define OWN_LEAST_M 1e-3
-
 #define STEEP                                                                                                     \
     1e-6 /* a line this near to the cylinder's axis has no side: any will do, the cross-section is round */
 
-static void dig(const struct corridor_body *body, const struct picture_frame *frame, const struct answer_now *now,
-                const struct corridor_query *q, struct tunnel *t, double *front_m)
+static void dig(const struct obstacles_scene *scene, const struct corridor_query *q, struct tunnel *t)
 {
+    const struct picture_frame *frame = scene->frame;
+    const struct answer_now *now = scene->now;
+    const struct corridor_body *body = &q->body;
     double axis[3] = {0, 0, -1}, forward[3] = {1, 0, 0}, drift[3];
     memcpy(drift, q->drift_m, sizeof drift);
     memcpy(t->along, q->direction, sizeof t->along);
@@ -63,7 +58,7 @@ static void dig(const struct corridor_body *body, const struct picture_frame *fr
         cross(t->along, forward, t->side);
     scale(t->side, 1 / sqrt(geo_dot(t->side, t->side)));
     cross(t->side, t->along, t->up);
-    *front_m = extent(body, slope);
+    t->front_m = extent(body, slope);
     t->half_width_m = body->radius_m + body->margin_m;
     t->half_height_m = extent(body, sqrt(fmax(0, 1 - slope * slope)));
     t->drift_side_m = geo_dot(drift, t->side);
@@ -71,8 +66,7 @@ static void dig(const struct corridor_body *body, const struct picture_frame *fr
     t->round_m = body->radius_m + body->margin_m;
     t->flat_m = body->margin_m * fabs(slope);
     t->across = sqrt(fmax(0, 1 - slope * slope));
-    t->near_m = body->near_m;
-    t->own_m = *front_m - body->margin_m + body->own_margin_m;
+    t->near_m = q->near_m;
     t->most_m = q->most_m;
 }
 
@@ -125,27 +119,6 @@ static double leaves_side(const struct tunnel *t, const double v[3], const struc
     return clamped(leaves_wall(high_m, t->drift_up_m, t->off_m[2], geo_dot(v, t->up), reach->up), 0, aside_m);
 }
 
-static void meet(struct corridor *out, const struct sight *s, const struct answer_now *now, const double axis[3],
-                 double at_m)
-{
-    if (at_m >= out->blocked_m)
-        return;
-    memcpy(out->blocked_at, axis, sizeof out->blocked_at);
-    out->blocked_m = at_m;
-    out->blocked_sd_m = s->obstacle->sd_m;
-    out->confidence = 1 / (1 + exp(-s->logodds));
-    out->blocked_age_s = sight_seconds(now->now_ns, s->obstacle->t_echo_ns);
-}
-
-static void doubt_corridor(struct corridor *out, enum answer_reason why, const double axis[3], double at_m)
-{
-    if (at_m >= out->known_m)
-        return;
-    memcpy(out->known_at, axis, sizeof out->known_at);
-    out->known_m = at_m;
-    out->reason = why;
-}
-
 /* Where along the line, from the vehicle, a ray is at a range that is shorter by how loosely its place is known:
  * that may have been all ahead. */
 static double along_m(const struct tunnel *t, double range_m, double foreshortened)
@@ -175,98 +148,69 @@ static double place_m(const struct tunnel *t, double range_m, const double v[3],
     return along_m(t, range_m, foreshortened) + behind_front_m(t, range_m, geo_dot(v, t->side), reach);
 }
 
-/* A question about a tunnel, while directions are added to the answer. */
-struct look {
-    struct picture *picture;
-    const struct answer_conf *conf;
-    const struct answer_now *now;
-    struct picture_frame frame;
-    struct sight_place place;
-    struct tunnel tunnel;
-    struct promise promise;
-    struct sight_fade fade;
-    struct corridor *out;
-};
-
-/* Up to which range no ray of a cell is asked, of those that it has the one that goes `ahead` most (a cosine). */
-static double own_range_m(const struct tunnel *t, double ahead)
-{
-    return t->near_m > 0 ? t->near_m : t->own_m / ahead;
-}
-
-/* Cosine of 45 degrees. Farther to the side a ray leaves the tunnel beside the body's own front. */
-#define BOW 0.7071
-
 /* Where along the line the tunnel ends, seen from the grid's centre. */
 static double end_of(const struct tunnel *t)
 {
     return t->most_m + t->off_m[0] + t->loose_m;
 }
 
-/* The bottom ends what is free where nobody needs to have looked, too. */
-static void heed_bottom(const struct look *l, const double v[3], double foreshortened,
-                        const struct reaches *reaches)
+/* ---- what stands in it ---- */
+
+struct look {
+    const struct obstacles_scene *scene;
+    struct sight_place place; /* ranges are shorter by what is not known of it alone */
+    struct tunnel tunnel;
+    struct sight_fade fade;
+    struct obstacles_found *found;
+};
+
+static void meet(const struct look *l, const struct sight *s, const double axis[3], double at_m)
 {
-    const struct tunnel *t = &l->tunnel;
-    const double bottom_m = fmax(0, bottom_reach_m(&l->place.bottom, v[2]) - l->place.moved_m);
-    if (bottom_m * foreshortened < end_of(t) && bottom_m < leaves_side(t, v, reaches))
-        doubt_corridor(l->out, ANSWER_BOTTOM, v, place_m(t, bottom_m, v, foreshortened, reaches->any));
+    struct obstacles_found *f = l->found;
+    if (f->any && at_m >= f->near_m)
+        return;
+    f->any = true;
+    f->near_m = f->range_m = at_m;
+    f->sd_m = s->obstacle->sd_m;
+    f->confidence = 1 / (1 + exp(-s->logodds));
+    f->age_s = sight_seconds(l->scene->now->now_ns, s->obstacle->t_echo_ns);
+    memcpy(f->at, axis, sizeof f->at);
+}
+
+/* Too weak to block, but no water to be sure of. */
+static void doubt(const struct look *l, const double axis[3], double at_m)
+{
+    struct obstacles_found *f = l->found;
+    if (at_m >= f->hint_m)
+        return;
+    f->hint_m = at_m;
+    memcpy(f->hint_at, axis, sizeof f->hint_at);
 }
 
 /* What one direction adds. A range along a ray is `foreshortened` along the line, at the least. */
 static void add(struct look *l, uint32_t direction, const struct reaches *reaches)
 {
+    const struct obstacles_scene *scene = l->scene;
     const struct reach reach = reaches->any;
     const struct tunnel *t = &l->tunnel;
-    struct corridor *out = l->out;
-    const double *v = l->picture->axis[direction];
+    const double *v = scene->picture->axis[direction];
     const double ahead = clamped(geo_dot(v, t->along), -1, 1), off = sqrt(1 - ahead * ahead);
     const double foreshortened = clamped(ahead * reach.cos - off * reach.sin, 0, 1);
     const double most_ahead = ahead > reach.cos ? 1 : ahead * reach.cos + off * reach.sin;
     if (most_ahead <= 0) /* no ray of the cell leads ahead */
         return;
-    if (isfinite(l->place.bottom.least_m))
-        heed_bottom(l, v, foreshortened, reaches);
-    const bool blank = picture_blank(l->picture, direction), promised = t->near_m > 0 && ahead > BOW;
-    double own_m = own_range_m(t, most_ahead);
-    if (blank && promised)
-        own_m = promise_m(&l->promise, direction, reaches->up.sin, NULL, own_m);
-    double near_m = blank ? place_m(t, own_m, v, foreshortened, reach) : 0;
-    if (blank && near_m >= out->known_m) /* a doubt from there on is no news */
-        return;
-    const double side_m = leaves_side(t, v, reaches);
-    const double end_m = end_of(t);
+    const double side_m = leaves_side(t, v, reaches), end_m = end_of(t);
     const double exit_m = sight_less(side_m, sight_more(end_m, 0) / sight_more(foreshortened, 1e-9));
-    if (exit_m <= own_m &&
-        (blank || (!promised && picture_told_m(l->picture, direction) - l->place.moved_m > side_m)))
+    if (picture_told_m(scene->picture, direction) - l->place.moved_m > side_m)
         return;
     struct picture_entry e;
     struct sight s;
-    const struct sight_observer by = {l->conf, l->now, &l->place, own_m, exit_m, &l->fade};
-    if (blank)
-        s = sight_never;
-    else
-        sight_look_told(l->picture, direction, &by, &e, &s);
+    sight_look(scene->picture, direction, &(struct sight_observer){scene->now, &l->place, &l->fade}, &e, &s);
     if (s.obstacle && s.near_m <= side_m && s.near_m * foreshortened <= end_m)
-        meet(out, &s, l->now, v, place_m(t, s.near_m, v, foreshortened, reach));
+        meet(l, &s, v, place_m(t, s.near_m, v, foreshortened, reach));
     const double sure_m = s.obstacle ? s.near_m : INFINITY;
-    if (s.hint_m <
-        sight_less(sure_m, sight_less(exit_m, own_m))) /* too weak to block, but no water to be sure of */
-        doubt_corridor(out, ANSWER_BEYOND, v, place_m(t, s.hint_m, v, foreshortened, reach));
-    if (!blank && promised)
-        own_m = promise_m(&l->promise, direction, reaches->up.sin, &s, own_m);
-    if (exit_m <= own_m)
-        return;
-    out->age_s = sight_more(out->age_s, s.age_s);
-    if (!blank && (s.reason != ANSWER_HEARD || s.blind_m - t->loose_m > own_m))
-        near_m = place_m(t, own_m, v, foreshortened, reach);
-    if (s.reason != ANSWER_HEARD)
-        doubt_corridor(out, s.reason, v, near_m);
-    else if (s.blind_m - t->loose_m > own_m && s.clear_m > own_m)
-        doubt_corridor(out, ANSWER_BLIND, v, near_m);
-    else if (s.clear_m < exit_m)
-        doubt_corridor(out, sight_beyond(&s), v,
-                       place_m(t, sight_more(s.clear_m, own_m), v, foreshortened, reach));
+    if (s.hint_m < sight_less(sure_m, sight_less(exit_m, t->near_m)))
+        doubt(l, v, place_m(t, s.hint_m, v, foreshortened, reach));
 }
 
 /* The tunnel's place along the line where its corner is farther than what is the vehicle's own place. */
@@ -274,17 +218,16 @@ static double corner_m(const struct tunnel *t)
 {
     const double side_m = t->half_width_m + fabs(t->drift_side_m) + fabs(t->off_m[1]) + t->loose_m,
                  up_m = t->half_height_m + fabs(t->drift_up_m) + fabs(t->off_m[2]) + t->loose_m;
-    const double own_m =
-        t->near_m <= 0 ? t->own_m : sqrt(fmax(0, t->near_m * t->near_m - side_m * side_m - up_m * up_m));
+    const double own_m = sqrt(fmax(0, t->near_m * t->near_m - side_m * side_m - up_m * up_m));
     return fmax(0, own_m - t->off_m[0] - t->loose_m);
 }
 
 /* A grid of a level row knows nothing above and below. Where the tunnel leaves its band at all it
  * may do so at a corner. */
-static const double nowhere[3];
-
-static void heed_band(const struct rings *rings, const struct tunnel *t, double tilt, struct corridor *out)
+static void heed_band(const struct look *l, double tilt)
 {
+    const struct rings *rings = l->scene->picture->rings;
+    const struct tunnel *t = &l->tunnel;
     const double bottom = rings->top_rad - rings->n_rings * rings->height_rad;
     const double el = asin(fmax(-1, fmin(1, -t->along[2])));
     if (sight_keeps(rings, -GEO_PI / 2, GEO_PI / 2))
@@ -292,7 +235,7 @@ static void heed_band(const struct rings *rings, const struct tunnel *t, double 
     const double edge = fmax(0, fmin(rings->top_rad - el, el - bottom) - tilt);
     const double wall_m = t->half_height_m + fabs(t->off_m[2]) + t->loose_m;
     if (leaves_wall(wall_m, fabs(t->drift_up_m), 0, sin(fmin(edge, GEO_PI / 2)), reach_of(0)) > t->near_m)
-        doubt_corridor(out, ANSWER_OUTSIDE, nowhere, corner_m(t));
+        l->found->kept_m = corner_m(t);
 }
 
 /* From now on ranges are from the grid's centre, and shorter by what is not known of the vehicle's place alone. */
@@ -302,49 +245,28 @@ static void set_off(struct tunnel *t, struct sight_place *place)
     t->off_m[1] = geo_dot(place->offset_m, t->side);
     t->off_m[2] = geo_dot(place->offset_m, t->up);
     t->loose_m = place->uncertain_m + place->turned_rad * (place->moved_m - place->uncertain_m);
-    if (t->near_m > 0)
-        t->near_m = fmax(OWN_LEAST_M, t->near_m - place->moved_m);
-    t->own_m = fmax(OWN_LEAST_M, t->own_m + t->off_m[0] - t->loose_m);
     place->moved_m = t->loose_m;
 }
 
-static void look_once(struct picture *p, const struct answer_conf *conf, const struct answer_now *now,
-                      const struct corridor_body *body, const struct corridor_query *q, struct corridor *out)
+void tunnel_find(const struct obstacles_scene *scene, const struct corridor_query *q,
+                 struct obstacles_found *found)
 {
-    struct look l = {.picture = p, .conf = conf, .now = now, .out = out};
-    const struct picture_frame *frame = &l.frame;
+    struct look l = {.scene = scene, .place = *scene->place, .found = found};
+    const struct rings *rings = scene->picture->rings;
     struct tunnel *t = &l.tunnel;
-    picture_get_frame(p, &l.frame);
-    *out = (struct corridor){
-        .blocked_m = INFINITY, .blocked_age_s = -1, .known_m = q->most_m, .reason = ANSWER_HEARD, .age_s = -1};
-    dig(body, frame, now, q, t, &out->front_m);
-    if (!sight_possible(frame, now, q->ned, &out->reason)) {
-        out->known_m = 0;
-        return;
-    }
-    sight_locate(p, frame, conf, now, &l.place);
-    out->uncertain_m = l.place.uncertain_m;
+    dig(scene, q, t);
     set_off(t, &l.place);
-    l.promise = promise_begin(p, conf, frame, now, &l.place);
-    struct rings_visit visit =
-        rings_visit(p->rings, t->along,
-                    fmin(GEO_PI / 2 + p->rings->height_rad + l.place.turned_rad + l.place.adrift_rad, GEO_PI));
+    struct rings_visit visit = rings_visit(
+        rings, t->along, fmin(GEO_PI / 2 + rings->height_rad + l.place.turned_rad + l.place.adrift_rad, GEO_PI));
     const double turned = q->ned ? 0 : l.place.turned_rad;
     struct reaches reach = {reach_of(0), reach_of(0)};
     for (uint32_t ring = RINGS_NONE; rings_next(&visit); ring = visit.ring) {
         if (visit.ring != ring)
-            reach = reaches_of(t, sight_cell_reach(p->rings, visit.ring) + turned, l.place.adrift_rad);
-        add(&l, visit.direction, &reach);
+            reach = reaches_of(t, sight_cell_reach(rings, visit.ring) + turned, l.place.adrift_rad);
+        if (picture_told_m(scene->picture, visit.direction) < INFINITY)
+            add(&l, visit.direction, &reach);
     }
-    heed_band(p->rings, t, turned + (frame->ned ? sight_tilt(now->pose.attitude) : 0), out);
-    sight_from_grid(frame, now, q->ned, out->blocked_at);
-    sight_from_grid(frame, now, q->ned, out->known_at);
-}
-
-void corridor_look(struct picture *p, const struct answer_conf *conf, const struct answer_now *now,
-                   const struct corridor_body *body, const struct corridor_query *query, struct corridor *out)
-{
-    struct sight_reading r = {.picture = p};
-    while (sight_reads(&r))
-        look_once(p, conf, now, body, query, out);
+    heed_band(&l, turned + (scene->frame->ned ? sight_tilt(scene->now->pose.attitude) : 0));
+    sight_from_grid(scene->frame, scene->now, q->ned, found->at);
+    sight_from_grid(scene->frame, scene->now, q->ned, found->hint_at);
 }

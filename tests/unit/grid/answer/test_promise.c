@@ -1,0 +1,440 @@
+/* SPDX-License-Identifier: MIT */
+/* test_promise - up to where `near` holds, by what the sonars look at and what was seen at a part of the horizon. */
+#include "tests/lib/looks_rig.h"
+
+#include "grid/answer/promise.h"
+
+static void start(void)
+{
+    start_with(rings_full(&rings, geo_rad(3)), true);
+}
+
+static const struct promise_look unseen = {.blank = true}, seen_all = {.goes_on = true};
+
+static struct promise_look seen_to(double sure_m)
+{
+    return (struct promise_look){.sure_m = sure_m};
+}
+
+/* clear_for_s: 0: as usual. */
+static double promised_within(double clear_for_s, double az_deg, struct promise_look look, double near_m)
+{
+    struct picture_frame frame;
+    struct sight_place place;
+    struct answer_conf conf = limits;
+    conf.clear_for_s = clear_for_s > 0 ? clear_for_s : conf.clear_for_s;
+    picture_get_frame(&picture, &frame);
+    sight_locate(&frame, &conf, &now, &place);
+    struct promise p = promise_begin(&picture, &conf, &frame, &now, &place);
+    return promise_m(&p, geo_rad(az_deg), &look, near_m);
+}
+
+static double promised(double az_deg, struct promise_look look, double near_m)
+{
+    return promised_within(0, az_deg, look, near_m);
+}
+
+TEST(near_is_no_leave_where_a_sonar_looks_and_has_not_looked)
+{
+    static const uint64_t ahead = UINT64_C(0xff000000000000ff);
+    static const struct {
+        double az_deg;
+        uint64_t bearings;
+        bool known;
+    } row[] = {{0, ahead, false},
+               {30, ahead, false},
+               {30, 0, true}, /* no sonar looks there: as promised */
+               {30, ~ahead, true},
+               {-30, UINT64_MAX, false}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        start();
+        looks_at(row[i].bearings, 0, false);
+        CHECK_NEAR(promised(row[i].az_deg, unseen, 3), row[i].known ? 3 : 0, 0, 1e-9);
+        CHECK_NEAR(promised(row[i].az_deg, seen_all, 3), 3, 0, 1e-9);
+    }
+}
+
+/* What stood beyond near when a beam showed water has come nearer by the drift since. A deaf ping shows none. */
+TEST(near_shrinks_as_a_vehicle_drifts)
+{
+    static const struct {
+        double age_s;
+        bool showed, turned;
+        double known_m;
+    } row[] = {{0, true, false, 3},  {9, true, false, 2.1}, {20, true, false, 1},
+               {40, true, false, 0}, {0, false, false, 0},  {0, true, true, 0}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        start();
+        looks_at(UINT64_MAX, 0, false);
+        now.pose.drift_mps = 0.1;
+        now.pose.heading_adrift = row[i].turned;
+        const struct promise_look look = {.showed = row[i].showed, .age_s = row[i].age_s};
+        CHECK_NEAR(promised(0, look, 3), row[i].known_m, 0, 1e-6);
+    }
+    now.pose.drift_mps = 0;
+    now.pose.heading_adrift = false;
+}
+
+/*
+ * Of a post 3 m away a beam showed water ahead right before, and now nothing of it is free there by the beams. A
+ * vehicle that has drifted past the post has it ahead; not if all has been looked at since, or nobody looks there.
+ */
+TEST(what_was_shown_beside_may_have_come_ahead)
+{
+    static const struct {
+        double az_deg, age_s, turn_s;
+        uint64_t bearings;
+        double known_m;
+        double swept_deg; /* a head that went round before has looked no farther than this to each side for 12 s */
+    } row[] = {{40, 4, 4, UINT64_MAX, 1.22, 0},      {-40, 4, 4, UINT64_MAX, 1.22, 0},
+               {40, 1, 4, UINT64_MAX, 4, 0},         {90, 4, 4, UINT64_MAX, 4, 0},
+               {90, 8, 4, UINT64_MAX, 0, 0},         {150, 8, 4, UINT64_MAX, 0, 0},
+               {90, 8, 3, UINT64_MAX, 4, 0},         {90, 8, 3, UINT64_MAX, 0, 60},
+               {90, 8, 4, 0xff000000000000ff, 4, 0}, {40, 4, 0, 0xff000000000000ff, 4, 0}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct picture_frame frame;
+        struct picture_entry e = {0};
+        start();
+        looks_at(row[i].bearings, 0, false);
+        picture_get_frame(&picture, &frame);
+        frame.turn_s = row[i].turn_s;
+        for (int k = 0; k < BEARINGS && row[i].swept_deg > 0; k++)
+            if (fabs(geo_wrap_pi((k + 0.5) * GEO_TURN / BEARINGS)) > geo_rad(row[i].swept_deg))
+                frame.looks.heard_ds[0][k] = 120;
+        for (int k = 1; k < BEARINGS_SENSORS; k++)
+            memset(frame.looks.heard_ds[k], 0xff, sizeof frame.looks.heard_ds[k]);
+        now.pose.drift_mps = 0.5;
+        const uint64_t t_ns = NOW - (uint64_t)(row[i].age_s * 1e9);
+        e.obstacle[0] = (struct picture_obstacle){
+            .t_ref_ns = t_ns, .t_echo_ns = t_ns, .logodds = 4, .near_m = 3, .range_m = 3, .sd_m = 0.05f};
+        picture_begin(&picture);
+        picture_set_frame(&picture, &frame);
+        picture_set(&picture, rings_index(&rings, geo_rad(row[i].az_deg), geo_rad(1)), &e);
+        picture_end(&picture);
+        CHECK_NEAR(promised(0, (struct promise_look){.showed = true}, 4), row[i].known_m, 0, 0.15);
+    }
+    now.pose.drift_mps = 0;
+}
+
+/* In the first turns a lost ping leaves a piece of a direction's water, or none of it. */
+TEST(near_covers_no_lost_ping_in_the_first_turns)
+{
+    static const struct {
+        struct promise_look look;
+        bool first_turns;
+        double known_m;
+    } row[] = {{{.sure_m = 1.5}, true, 1.5},
+               {{.sure_m = 1.5}, false, 3},
+               {{.sure_m = 1.5, .between = true}, true, 3}, /* the sonar's own gap between two beams */
+               {{.sure_m = 0}, true, 0},
+               {{.sure_m = 0}, false, 3},
+               {{.blank = true}, false, 0},
+               {{.blank = true, .between = true}, false, 3}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        start();
+        looks_at(UINT64_MAX, 0, row[i].first_turns);
+        CHECK_NEAR(promised(0, row[i].look, 3), row[i].known_m, 0, 1e-9);
+    }
+}
+
+/*
+ * In a beam that does not turn nothing is promised: of a direction 13.5 degrees to the side, which it has just come to
+ * look at, it has shown 1.5 m, or nothing. Up to 4.5 degrees from its edge no direction lies wholly in it.
+ */
+TEST(near_covers_no_water_in_a_beam_that_stays)
+{
+    static const struct {
+        double bearing_deg, wide_deg, second_deg;
+        uint64_t bearings;        /* at which a head, too, has looked twice */
+        double axes_deg, yaw_deg; /* of the grid; of the body, since */
+        double to_m;              /* free; 0: 1.5 m */
+        bool blank, known;
+    } row[] = {{.wide_deg = 40},
+               {.wide_deg = 40, .blank = true},
+               {.wide_deg = 40, .to_m = 3.5, .known = true},
+               {.wide_deg = 40, .axes_deg = 30},
+               {.wide_deg = 100},
+               {.wide_deg = 360, .blank = true},
+               {.wide_deg = 34, .known = true}, /* its edge */
+               {.wide_deg = 20, .known = true}, /* beside it, as promised */
+               {.wide_deg = 20, .blank = true, .known = true},
+               {.wide_deg = 20, .yaw_deg = 9, .blank = true}, /* the vehicle has turned there */
+               {.wide_deg = 40, .yaw_deg = -9, .blank = true, .known = true},
+               {.bearing_deg = 13.5, .wide_deg = 5, .blank = true}, /* too narrow to free any */
+               {.bearing_deg = -45, .wide_deg = 30, .second_deg = 20, .blank = true},
+               {.bearing_deg = -45, .wide_deg = 30, .second_deg = 45, .blank = true, .known = true},
+               {.wide_deg = 40, .bearings = UINT64_MAX, .known = true},
+               {.wide_deg = 40, .bearings = UINT64_MAX, .blank = true}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct picture_frame frame;
+        start();
+        looks_at(row[i].bearings, 0, false);
+        picture_get_frame(&picture, &frame);
+        frame.axes_rad = geo_rad(row[i].axes_deg);
+        open_still(&frame.looks, row[i].bearing_deg, row[i].wide_deg);
+        if (row[i].second_deg > 0)
+            open_still(&frame.looks, row[i].second_deg, row[i].wide_deg);
+        picture_begin(&picture);
+        picture_set_frame(&picture, &frame);
+        picture_end(&picture);
+        quat_from_rpy(0, 0, geo_rad(row[i].yaw_deg), now.pose.attitude);
+        const struct promise_look look = row[i].blank ? unseen : row[i].to_m > 3 ? seen_all : seen_to(1.5);
+        const double most_m = promised(13.5 - row[i].axes_deg, look, 3);
+        CHECK_NEAR(most_m, row[i].known ? 3 : row[i].blank ? 0 : 1.5, 0, 1e-9);
+    }
+}
+
+/*
+ * While the vehicle drifts, what stood beside such a beam may have come in, the farther in the nearer: there near holds
+ * as beside it. 13.5 degrees to the side are 11.6, 26.4 or 0 from the edge, and so many times the drift is sin(that).
+ */
+TEST(near_holds_in_a_still_beam_as_far_as_drift_has_brought_its_edge)
+{
+    static const struct {
+        double wide_deg, age_s;
+        float to_m; /* as of the last ping; -1: it showed water, of which the vehicle may have drifted out */
+        double known_m;
+    } row[] = {{60, 2, -1, 0.99}, {60, 4, -1, 1.99}, {60, 2, 1.5f, 1.5}, {60, 4, 1.5f, 1.99}, {60, 0, -1, 0},
+               {90, 4, -1, 0.9},  {90, 4, 0, 0},     {34, 2, -1, 2},     {360, 4, -1, 0}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct picture_frame frame;
+        start();
+        looks_at(0, 0, false);
+        picture_get_frame(&picture, &frame);
+        open_still(&frame.looks, 0, row[i].wide_deg);
+        picture_begin(&picture);
+        picture_set_frame(&picture, &frame);
+        picture_end(&picture);
+        now.pose.drift_mps = 0.1;
+        const struct promise_look look = {
+            .showed = row[i].to_m != 0, .sure_m = fmax(0, (double)row[i].to_m), .age_s = row[i].age_s};
+        CHECK_NEAR(fmin(promised(13.5, look, 3), 2), row[i].known_m, 0, 0.08);
+    }
+    now.pose.drift_mps = 0;
+}
+
+/* The same where the last ping lies uncertainly, though it showed no water there; how long ago is not asked here. */
+TEST(near_holds_in_a_still_beam_as_far_as_its_edge_is_uncertain)
+{
+    static const struct {
+        double wide_deg, loose_m, loose_deg, known_m;
+    } row[] = {{60, 0.2, 0, 0.99}, {60, 0.2, 6, 1.93}, {60, 0.2, 12, 3},
+               {60, 0, 12, 0},     {90, 0.2, 0, 0.45}, {90, 0.2, 12, 0.80}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct picture_frame frame;
+        start();
+        looks_at(0, 0, false);
+        picture_get_frame(&picture, &frame);
+        open_still(&frame.looks, 0, row[i].wide_deg);
+        picture_begin(&picture);
+        picture_set_frame(&picture, &frame);
+        picture_end(&picture);
+        const struct promise_look look = {.loose_m = row[i].loose_m, .loose_rad = geo_rad(row[i].loose_deg)};
+        CHECK_NEAR(promised(13.5, look, 3), row[i].known_m, 0, 0.08);
+    }
+}
+
+/* A level direction that the fan has not freed, in that bearing: does near cover it? */
+static bool near_covers(double az_deg, double roll_deg, double pitch_deg)
+{
+    quat_from_rpy(geo_rad(roll_deg), geo_rad(pitch_deg), 0, now.pose.attitude);
+    const double most_m = promised(az_deg, unseen, 2);
+    CHECK(most_m == 2 || most_m == 0);
+    return most_m == 2;
+}
+
+/* However the mount or the vehicle tilts the fan, and however low its beams are. */
+TEST(near_covers_no_place_at_which_a_still_fan_looks)
+{
+    static const struct {
+        struct still_fan fan;
+        double roll_deg, pitch_deg; /* of the vehicle */
+        double az_deg;
+        bool covered;
+    } row[] = {{.fan = {.wide_deg = 120, .high_deg = 20}, .az_deg = 40},
+               {.fan = {.wide_deg = 120, .high_deg = 20}, .az_deg = 75, .covered = true},
+               {.fan = {.wide_deg = 120, .high_deg = 20, .roll_deg = 9}, .az_deg = 0},
+               {.fan = {.wide_deg = 120, .high_deg = 20, .roll_deg = 20}, .az_deg = 0},
+               {.fan = {.wide_deg = 120, .high_deg = 20, .roll_deg = 20}, .az_deg = 12},
+               {.fan = {.wide_deg = 120, .high_deg = 20, .roll_deg = 20}, .az_deg = -12},
+               {.fan = {.wide_deg = 120, .high_deg = 20, .roll_deg = 20},
+                .az_deg = 45,
+                .covered = true}, /* it passes below */
+               {.fan = {.wide_deg = 120, .high_deg = 20, .roll_deg = -45}, .az_deg = 0},
+               {.fan = {.wide_deg = 120, .high_deg = 20, .roll_deg = 90}, .az_deg = 0},
+               {.fan = {.wide_deg = 120, .high_deg = 20, .roll_deg = 90}, .az_deg = 20, .covered = true},
+               {.fan = {.wide_deg = 120, .high_deg = 8}, .az_deg = 30},
+               {.fan = {.wide_deg = 120, .high_deg = 4}, .az_deg = 30},
+               {.fan = {.wide_deg = 120, .high_deg = 1.5}, .az_deg = 30},
+               {.fan = {.wide_deg = 120, .high_deg = 20, .pitch_deg = -30}, .az_deg = 0, .covered = true},
+               {.fan = {.wide_deg = 120, .high_deg = 20, .pitch_deg = -30},
+                .pitch_deg = 30,
+                .az_deg = 0}, /* and the vehicle levels it */
+               {.fan = {.wide_deg = 120, .high_deg = 20, .pitch_deg = -30}, .pitch_deg = 26, .az_deg = 0},
+               {.fan = {.wide_deg = 120, .high_deg = 20}, .pitch_deg = 20, .az_deg = 0, .covered = true},
+               {.fan = {.wide_deg = 120, .high_deg = 20}, .pitch_deg = 20, .az_deg = 58, .covered = true},
+               {.fan = {.wide_deg = 120, .high_deg = 40}, .pitch_deg = 12, .az_deg = 0},
+               {.fan = {.wide_deg = 120, .high_deg = 20}, .roll_deg = 20, .az_deg = 0},
+               {.fan = {.wide_deg = 120, .high_deg = 20, .roll_deg = 20}, .roll_deg = -20, .az_deg = 50}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct bearings b = {0};
+        start();
+        look_with(&b, &row[i].fan);
+        CHECK_INT(near_covers(row[i].az_deg, row[i].roll_deg, row[i].pitch_deg), row[i].covered);
+    }
+}
+
+/* Its edges are angles at the sonar. Within near a place lies elsewhere as seen from the vehicle's middle. */
+TEST(near_covers_no_place_at_which_a_fan_off_the_middle_looks)
+{
+    static const struct {
+        struct still_fan fan;
+        double az_deg;
+        bool covered;
+    } row[] = {
+        {.fan = {.wide_deg = 60, .high_deg = 20}, .az_deg = 35, .covered = true},
+        {.fan = {.wide_deg = 60, .high_deg = 20, .mount_m = {-0.6, 0, 0}}, .az_deg = 31}, /* 24 degrees at 2 m */
+        {.fan = {.wide_deg = 60, .high_deg = 20, .mount_m = {-0.6, 0, 0}}, .az_deg = 60, .covered = true},
+        {.fan = {.wide_deg = 60, .high_deg = 20, .mount_m = {0.4, 0, 0}}, .az_deg = 35, .covered = true},
+        {.fan = {.wide_deg = 60, .high_deg = 20, .mount_m = {0, 0.4, 0}}, .az_deg = 33}, /* 25 degrees */
+        {.fan = {.wide_deg = 60, .high_deg = 20, .mount_m = {0, 0.4, 0}}, .az_deg = -36, .covered = true},
+        {.fan = {.wide_deg = 60, .high_deg = 20, .mount_m = {0, -0.4, 0}}, .az_deg = -33},
+        {.fan = {.wide_deg = 60, .high_deg = 20, .mount_m = {0, 0, 0.4}},
+         .az_deg = 20}}; /* of what stands there it sees the foot */
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct bearings b = {0};
+        start();
+        look_with(&b, &row[i].fan);
+        CHECK_INT(near_covers(row[i].az_deg, 0, 0), row[i].covered);
+    }
+}
+
+/* The latest ping says where the sonar is. */
+TEST(near_follows_a_still_fan_to_another_mount)
+{
+    static const struct still_fan before = {.wide_deg = 40, .high_deg = 20, .pitch_deg = -40},
+                                  after = {.wide_deg = 40, .high_deg = 20},
+                                  aside = {.wide_deg = 40, .high_deg = 20, .mount_m = {0, 0.5, 0}};
+    struct bearings b = {0};
+    start();
+    look_with(&b, &before);
+    CHECK(near_covers(0, 0, 0));
+    look_with(&b, &after);
+    CHECK(!near_covers(0, 0, 0) && near_covers(24, 0, 0));
+    look_with(&b, &aside);
+    CHECK(!near_covers(24, 0, 0));
+    look_with(&b, &before);
+    CHECK(near_covers(0, 0, 0) && near_covers(24, 0, 0));
+}
+
+#define FAN UINT64_C(0xff800000000001ff) /* 100 degrees about the bow */
+
+/* What a head that is offline, or deaf there, has not shown it will not show. */
+TEST(near_covers_nothing_more_where_no_sonar_hears)
+{
+    static const uint64_t all = UINT64_MAX;
+    static const struct {
+        uint64_t bearings, hears[2], lost; /* of two sonars */
+        double drift_mps;
+        bool blank, first_turns, known, none;
+        double silent_s;   /* the first */
+        uint16_t heard_ds; /* ago, by it, ... */
+        double told_s;     /* ... as of so long ago */
+        double turn_s, clear_for_s;
+    } row[] = {{.bearings = FAN, .hears = {FAN}, .known = true},
+               {.bearings = FAN, .hears = {FAN}, .lost = 1},
+               {.bearings = FAN, .hears = {FAN}, .lost = 1, .blank = true},
+               {.bearings = FAN, .hears = {FAN}, .lost = 2, .known = true}, /* another one */
+               {.bearings = all, .hears = {all}, .known = true},
+               {.bearings = all, .hears = {all}, .lost = 1},
+               {.bearings = all, .hears = {~FAN}},
+               {.bearings = all, .hears = {~FAN}, .blank = true},
+               {.bearings = all, .hears = {FAN}, .known = true},
+               {.bearings = all, .hears = {all}, .lost = 1, .first_turns = true},
+               {.bearings = all, .hears = {all}, .drift_mps = 0.1, .known = true},
+               {.bearings = all, .hears = {all}, .drift_mps = 0.1, .lost = 1},
+               {.bearings = all, .hears = {all}, .drift_mps = 3, .lost = 1, .none = true},
+               {.bearings = all, .hears = {FAN, all}, .lost = 1, .known = true},
+               {.bearings = all, .hears = {FAN, all}, .lost = 2, .known = true},
+               {.bearings = all, .hears = {FAN, all}, .lost = 3},
+               {.bearings = all, .hears = {FAN, ~FAN}, .lost = 1},
+               {.bearings = FAN, .hears = {FAN, FAN}, .lost = 2, .known = true},
+               {.bearings = ~FAN, .hears = {~FAN}, .lost = 1, .known = true}, /* none looks there */
+               {.bearings = all, .hears = {all}, .silent_s = 29, .known = true},
+               {.bearings = all, .hears = {all}, .silent_s = 31},
+               {.bearings = FAN, .hears = {FAN}, .silent_s = 31},
+               {.bearings = all, .hears = {all, FAN}, .silent_s = 31, .known = true},
+               {.bearings = all, .hears = {all}, .heard_ds = 299, .known = true},
+               {.bearings = all, .hears = {all}, .heard_ds = 301},
+               {.bearings = all, .hears = {all}, .heard_ds = 299, .told_s = 1},
+               {.bearings = all, .hears = {all}, .heard_ds = 301, .turn_s = 20, .known = true},
+               {.bearings = all, .hears = {all}, .heard_ds = 441, .turn_s = 20},
+               {.bearings = all, .hears = {all}, .heard_ds = 299, .clear_for_s = 20}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct picture_frame frame;
+        start();
+        picture_get_frame(&picture, &frame);
+        frame.looks = (struct bearings_looks){.bearings = row[i].bearings,
+                                              .t_ns = NOW - (uint64_t)(row[i].told_s * 1e9),
+                                              .hears = {row[i].hears[0], row[i].hears[1]},
+                                              .last_ns = {NOW - (uint64_t)(row[i].silent_s * 1e9), NOW},
+                                              .level_rad = geo_rad(10),
+                                              .gap_rad = geo_rad(3),
+                                              .first_turns = row[i].first_turns};
+        frame.looks.turn_s[0] = row[i].turn_s;
+        frame.looks.back_ds[0] = BEARINGS_NEVER;
+        for (int k = 0; k < BEARINGS; k++)
+            frame.looks.heard_ds[0][k] = row[i].heard_ds;
+        picture_begin(&picture);
+        picture_set_frame(&picture, &frame);
+        picture_end(&picture);
+        now.lost = row[i].lost;
+        now.pose.drift_mps = row[i].drift_mps;
+        const struct promise_look look = {
+            .blank = row[i].blank, .sure_m = row[i].blank ? 0 : 1.5, .showed = true, .age_s = 1};
+        const double most_m = promised_within(row[i].clear_for_s, 13.5, look, 3);
+        CHECK_NEAR(fmin(most_m, 2), row[i].known ? 2 : row[i].blank || row[i].none ? 0 : 1.5, 0, 0.1);
+    }
+    now.lost = 0;
+    now.pose.drift_mps = 0;
+}
+
+TEST(what_a_fan_off_the_middle_showed_may_have_come)
+{
+    static const double side_m[] = {0, 0.4}, az[] = {20, 30};
+    for (int i = 0; i < 2; i++) {
+        struct bearings b = {0};
+        const struct still_fan fan = {.wide_deg = 60, .high_deg = 20, .mount_m = {0, side_m[i], 0}};
+        start();
+        look_with(&b, &fan);
+        now.pose.drift_mps = 1.5;
+        for (int k = -1; k <= 1; k += 2) {
+            struct picture_entry e = {0};
+            const uint64_t t_ns = NOW - SECOND / 10 * 9;
+            e.obstacle[0] = (struct picture_obstacle){
+                .t_ref_ns = t_ns, .t_echo_ns = t_ns, .logodds = 4, .near_m = 2, .range_m = 2, .sd_m = 0.05f};
+            picture_begin(&picture);
+            picture_set(&picture, rings_index(&rings, geo_rad(az[i]), geo_rad(1.5 * k)), &e);
+            picture_end(&picture);
+        }
+        CHECK(promised(az[i] + 35, unseen, 2) < 0.95 && promised(az[i] + 38, unseen, 2) < 0.95);
+    }
+    now.pose.drift_mps = 0;
+}
+
+int main(void)
+{
+    RUN(near_is_no_leave_where_a_sonar_looks_and_has_not_looked);
+    RUN(near_shrinks_as_a_vehicle_drifts);
+    RUN(what_was_shown_beside_may_have_come_ahead);
+    RUN(near_covers_no_lost_ping_in_the_first_turns);
+    RUN(near_covers_no_water_in_a_beam_that_stays);
+    RUN(near_holds_in_a_still_beam_as_far_as_drift_has_brought_its_edge);
+    RUN(near_holds_in_a_still_beam_as_far_as_its_edge_is_uncertain);
+    RUN(near_covers_no_place_at_which_a_still_fan_looks);
+    RUN(near_covers_no_place_at_which_a_fan_off_the_middle_looks);
+    RUN(near_follows_a_still_fan_to_another_mount);
+    RUN(near_covers_nothing_more_where_no_sonar_hears);
+    RUN(what_a_fan_off_the_middle_showed_may_have_come);
+    return test_end();
+}
