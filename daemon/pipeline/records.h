@@ -76,8 +76,8 @@ bool records_keeps(struct records *w, struct records_reading *r);
 /** records_close - nothing of it is read any more. What is not open is left alone. */
 void records_close(struct records *w, struct records_reading *r);
 
-/** records_view - store_look, of a list that is open. The view holds until the loop tells the next time: no other thread
- * may read it, since what is open may be taken then. */
+/** records_view - store_look, of a list that is open. The view holds until the loop tells the next time: no other
+ * thread may read it, since what is open may be taken then. */
 static inline int records_view(const struct records *w, const struct records_reading *r,
                                const struct store_now *now, struct water_view *view)
 {

@@ -220,8 +220,8 @@ TEST(no_vehicle_is_faster)
 
 #define HALF_MPS 0.75 /* half of a stock vehicle's max_speed: a bound above that is of no use */
 
-/* The bound of a level vehicle that does not climb, once the autopilot's loops alone have long held heading and depth with
- * these shares of all thrust: as hard as that they may push at any time between two samples. */
+/* The bound of a level vehicle that does not climb, once the autopilot's loops alone have long held heading and depth
+ * with these shares of all thrust: as hard as that they may push at any time between two samples. */
 static double held_mps(bool heavy, double yaw, double up)
 {
     static const int turn[4] = {1, -1, -1, 1};

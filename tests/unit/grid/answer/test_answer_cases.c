@@ -189,8 +189,8 @@ static void doubt_by(enum doubt what, double much)
     *part[what] = much;
 }
 
-/* More never makes clear what less did not; what is infinite or no number gives nothing clear, nor does a place that may
- * be anywhere. Of a vehicle that is turned anyhow it is clear all around where it is in all directions. */
+/* More never makes clear what less did not; what is infinite or no number gives nothing clear, nor does a place that
+ * may be anywhere. Of a vehicle that is turned anyhow it is clear all around where it is in all directions. */
 TEST(whatever_is_uncertain_at_its_extremes_gives_nothing_clear)
 {
     static const double much[] = {0, 5e-324, 1e-9, 0.01, 0.2, 1, 4, 100, 1e9, DBL_MAX, INFINITY};
