@@ -22,7 +22,7 @@
 #define MAVLINK_BAROMETER_NAME 48
 
 /* So often a depth without a position has to come: how far the vehicle may have gone since the last one is pose
- * uncertainty, and a ping whose pose is uncertain by more than a recentring step, 0.1 m, frees nothing. */
+ * uncertainty. It makes free water smaller, and a ping that is uncertain by more than 0.1 m takes no obstacle away. */
 #define MAVLINK_BAROMETER_HZ 6
 
 /* Where an altitude is from; each is compared with itself only, since each has a zero of its own. */

@@ -11,7 +11,7 @@
 struct nearest_query {
     bool ned;              /* angles, of question and answer, are NED; otherwise the body's */
     double lo_rad, hi_rad; /* elevations that count, lo < hi */
-    /* azimuths that count, clockwise from the first, and the cells that reach between them; width 0 or a turn: all
+    /* azimuths that count, clockwise from the first, and the obstacles that reach between them; width 0 or a turn: all
      * around */
     double from_rad, width_rad;
     double reach_m; /* obstacles farther away do not count; 0: all do, ... */

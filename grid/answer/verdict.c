@@ -342,13 +342,21 @@ static void count_age(struct verdict_part *part, const struct water_record *r)
         part->oldest_ns = r->t_ns;
 }
 
+/* As poses have it, whatever they leave uncertain. */
+static struct water_view as_told(const struct water_view *view)
+{
+    return (struct water_view){.record = view->record,
+                               .at_m = {view->at_m[0], view->at_m[1], view->at_m[2]},
+                               .keeps_m = view->keeps_m,
+                               .lost = view->lost};
+}
+
 /* Did any sonar ever look there, as far as poses say where it was? */
 static bool was_looked_at(const struct verdict *v, struct verdict_part *part)
 {
     const struct water_tile tile = {{part->end_at[0], part->end_at[1], part->end_at[2]}, LOOK_RAD};
     for (int i = 0; i < v->n_aside; i++) {
-        struct water_view view = v->aside[i];
-        view.margin_m = view.level_m = view.lift_m = view.margin_rad = 0;
+        const struct water_view view = as_told(&v->aside[i]);
         if (!water_covers(&view, &tile, part->end_m))
             continue;
         if (!part->oldest_ns)
@@ -795,10 +803,8 @@ static void ask_horizon(struct verdict *v)
 {
     const struct ask_question q = horizon_question(&v->horizon);
     if (v->horizon.nominal)
-        for (int i = 0; i < v->n; i++) {
-            v->aside[i] = v->view[i];
-            v->aside[i].margin_m = v->aside[i].margin_rad = 0;
-        }
+        for (int i = 0; i < v->n; i++)
+            v->aside[i] = as_told(&v->view[i]);
     ask_begin(&v->ask, v->horizon.nominal ? v->aside : v->view, v->n, &q);
 }
 

@@ -429,6 +429,20 @@ TEST(near_covers_no_water_that_a_turn_brings_into_a_still_beam)
 }
 
 /* Water that begins beyond `near`, or that is too old. */
+/* What a beam showed it has shown, however far the vehicle may have sunk since: what stood beyond `near` then reaches
+ * through the beam's height, and has come nearer by the drift at the most. */
+TEST(near_holds_less_the_drift_for_who_has_sunk)
+{
+    begin();
+    send();
+    look_on();
+    now.pose.drift_mps = 1;
+    now.pose.drift_m[1] = 0.9;
+    CHECK_NEAR(way(&small, 0, 1, 3)->known_m, 1, 0, 1e-9);
+    CHECK(way(&small, 0, 4, 3)->known_m < 3 - 0.9 + 0.3);
+    now.pose.drift_m[1] = now.pose.drift_mps = 0;
+}
+
 TEST(a_body_is_told_why_it_goes_no_farther)
 {
     static const struct corridor_body thin = {0.05, 0.05, 0};
@@ -487,6 +501,7 @@ int main(void)
     RUN(a_larger_body_goes_no_farther);
     RUN(near_is_no_leave_to_go_where_a_sonar_has_not_looked);
     RUN(near_covers_no_water_that_a_turn_brings_into_a_still_beam);
+    RUN(near_holds_less_the_drift_for_who_has_sunk);
     RUN(a_body_is_told_why_it_goes_no_farther);
     RUN(a_body_does_not_sink_into_the_bottom);
     return test_end();

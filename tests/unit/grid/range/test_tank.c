@@ -13,6 +13,18 @@
 
 static struct marks marks;
 
+/* Bearings at which some answer of count_states was clear. */
+static double first_clear_deg, last_clear_deg;
+
+static void count(double az_deg, enum answer_state state, int states[3])
+{
+    states[state]++;
+    if (state != ANSWER_CLEAR)
+        return;
+    first_clear_deg = fmin(first_clear_deg, az_deg);
+    last_clear_deg = fmax(last_clear_deg, az_deg);
+}
+
 static void start(void)
 {
     static const struct sphere_conf usual = {
@@ -146,11 +158,13 @@ static void count_states(const char *path, double middle_deg, double half_deg, d
     FILE *file = recording(path);
     struct shot shot;
     start();
+    first_clear_deg = INFINITY;
+    last_clear_deg = -INFINITY;
     for (int ping = 1; shot_read(file, &shot); ping++) {
         enter(&shot);
         for (double off_deg = -half_deg; ping % 100 == 0 && off_deg <= half_deg; off_deg += 3)
             for (double m = from_m; m <= to_m; m += 0.5)
-                states[ask_narrow(middle_deg + off_deg, m).state]++;
+                count(middle_deg + off_deg, ask_narrow(middle_deg + off_deg, m).state, states);
     }
     fclose(file);
 }
@@ -166,21 +180,26 @@ TEST(behind_the_wall_beside_the_head_nothing_is_clear)
     CHECK_INT(states[ANSWER_CLEAR], 0);
 }
 
-/* The vehicle shades the rear half: a strong echo below 0.7 m, then silence, which is no free water. In one of the
- * scans two beams side by side have no such echo, and are free by all that a ping tells. */
-TEST(in_the_vehicles_shadow_next_to_nothing_is_clear)
+/*
+ * The vehicle shades the rear half: a strong echo below 0.7 m, then silence, which is no free water. In one of the turns
+ * the beams at 145.8 and 147.6 degrees have no such echo, and are free to 10 m by all that a ping tells: what is clear
+ * there is wrong, and the extractor's. Nothing else is clear.
+ */
+TEST(in_the_vehicles_shadow_nothing_is_clear_but_where_two_beams_miss_it)
 {
     int states[3] = {0};
     count_states(QUAY, 180, 60, 1, 18, states);
     printf("# quay, in the vehicle's shadow: clear %d, blocked %d, unknown %d\n", states[ANSWER_CLEAR],
            states[ANSWER_BLOCKED], states[ANSWER_UNKNOWN]);
-    CHECK(states[ANSWER_UNKNOWN] + states[ANSWER_BLOCKED] > 1000 * states[ANSWER_CLEAR]);
+    CHECK(states[ANSWER_UNKNOWN] + states[ANSWER_BLOCKED] > 1000);
+    CHECK(states[ANSWER_CLEAR] <= 36);
+    CHECK(states[ANSWER_CLEAR] == 0 || (first_clear_deg == 147 && last_clear_deg == 147));
 }
 
 int main(void)
 {
     RUN_WITH(TANK, sectors_of_the_tank_are_its_walls_and_none_is_clear_beyond_one);
     RUN_WITH(TANK, behind_the_wall_beside_the_head_nothing_is_clear);
-    RUN_WITH(QUAY, in_the_vehicles_shadow_next_to_nothing_is_clear);
+    RUN_WITH(QUAY, in_the_vehicles_shadow_nothing_is_clear_but_where_two_beams_miss_it);
     return test_end();
 }
