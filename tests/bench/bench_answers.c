@@ -7,7 +7,9 @@
  * programs the 99 % are theirs, unless all of this is put before them: chrt -f 10.
  *
  *   bench_answers [ASKED [THREADS]]   how often each is asked, 1 to 4000, and one number of threads, 0 to 2, not all
- *   bench_answers counted KIND        20 times one of them without threads or sockets, for callgrind to count `counted`
+ *   bench_answers counted KIND [PINGS]
+ *       20 times one of them without threads or sockets, for callgrind to count `counted`, after so many pings, 20 to
+ *       4000; from 192 on there are as many records as one sonar may have. Says what one takes of a processor
  */
 #include <sys/socket.h>
 
@@ -87,17 +89,22 @@ static void with_threads(int threads, int asked)
 /* A function that callgrind sees by its name. */
 __attribute__((noinline)) static void counted(const char *line, int times)
 {
-    while (times-- > 0)
+    double us[COUNTED];
+    for (int i = 0; i < times; i++) {
+        const double began_ns = cpu_ns();
         bench_answer(&d, line);
+        us[i] = (cpu_ns() - began_ns) * 1e-3;
+    }
+    printf("%.0f us of CPU each\n", median(us, (size_t)times));
 }
 
-static int count(const char *kind)
+static int count(const char *kind, int pings)
 {
     for (int k = 1; k < KINDS; k++)
         if (strcmp(kinds[k].name, kind) == 0) {
             daemon_make(0, 0);
             pose_log_init(&d.poses, UINT64_C(1000000000000)); /* under callgrind, too, it is fresh */
-            for (int i = 0; i < WARM_PINGS; i++) {
+            for (int i = 0; i < pings; i++) {
                 loop_turn(d.loop, 1);
                 ping();
             }
@@ -113,8 +120,10 @@ static int count(const char *kind)
 
 int main(int argc, char **argv)
 {
-    if (argc == 3 && strcmp(argv[1], "counted") == 0)
-        return count(argv[2]);
+    if (argc >= 3 && strcmp(argv[1], "counted") == 0) {
+        const int pings = argc > 3 ? atoi(argv[3]) : WARM_PINGS;
+        return count(argv[2], pings < WARM_PINGS ? WARM_PINGS : pings > ASKED ? ASKED : pings);
+    }
     const int given = argc > 1 ? atoi(argv[1]) : 0, asked = given > 0 && given < ASKED ? given : ASKED;
     printf("%d questions of each kind, under %d pings a second of %d beams x %d bins\n\n", asked, RATE_HZ, BEAMS,
            BINS);

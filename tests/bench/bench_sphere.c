@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * bench_sphere - the grid alone: echoes per second through registration and updating, transformation as the vehicle
- * moves, and connected components, against the number of cells; bytes; what each sensor model costs. Rates to compare
+ * moves, and connected components, against the number of cells; bytes; what each sensor model costs; and with the
+ * records of free water, as the daemon has both. Rates to compare
  * with are assumptions: a WesMar SS150 that pings once per 400 m of range (1.9 echoes/s),
  * an EM 1000 of 60 beams at 10 pings/s (600).
  */
@@ -12,6 +13,7 @@
 
 #include "core/fault.h"
 #include "grid/sphere/clusters.h"
+#include "grid/water/store.h"
 #include "bench.h"
 
 #define SS150_PER_S  1.9
@@ -25,6 +27,20 @@ static size_t bytes;
 static uint64_t t_ns;
 static uint32_t seq;
 static struct beam_echoes beams[BEAMS];
+static struct store *store; /* each ping is entered there, too; NULL: in the sphere alone */
+
+/* With records of one sonar, as the daemon has them; store_stop: without. */
+static void store_start(uint32_t n_beams)
+{
+    const struct store_conf conf = {.beams = {n_beams}};
+    store = store_init(need(store_bytes(&conf)), &conf);
+}
+
+static void store_stop(void)
+{
+    free(store);
+    store = NULL;
+}
 
 static void start(double step_deg, uint32_t max_cells, enum sphere_model model)
 {
@@ -75,6 +91,8 @@ static void enter(uint16_t n, uint64_t after_ns, double wide_deg, double high_de
     e.pose.has = POSE_ATTITUDE | POSE_POSITION;
     e.pose.position_m[0] = north_m;
     sphere_enter(sphere, &e, &mount_identity);
+    if (store)
+        store_enter(store, &e, &mount_identity);
 }
 
 /* A fan of narrow beams across, swept about the vertical: every beam hears the bottom at a range of its own. */
@@ -150,22 +168,32 @@ static uint32_t fill(uint32_t n)
 }
 
 /* Registration, updating, transformation and components at once: the paper's claim is 60 times the SS150's rate. */
-static void all_four(void)
+static void all_four(const char *with)
 {
     static struct rings rings;
     rings_full(&rings, geo_rad(2.5));
     void *room = malloc(clusters_bytes(&rings, 65536));
     if (!room)
         exit(1);
-    for (int mm = 1; mm <= 100; mm *= 10) {
+    static const int ways_mm[] = {0, 1, 10, 100};
+    for (int i = 0; i < 4; i++) {
+        const int mm = ways_mm[i];
         char what[80];
         start(2.5, 65536, SPHERE_OPENING);
         clusters = clusters_init(room, &rings, 65536, log(0.6 / 0.4));
-        snprintf(what, sizeof what, "all four, 2.5 deg beams, %d mm per fan", mm);
+        snprintf(what, sizeof what, "all four%s, 2.5 deg beams, %d mm per fan", with, mm);
         say(what, rate(40, 2.5, mm * 1e-3, 20));
     }
     clusters = NULL;
     free(room);
+}
+
+static void heads(const char *what)
+{
+    for (int i = 0; i < 3; i++) {
+        static const int mm[] = {0, 10, 30};
+        printf("%-24s %2d mm per ping %20.0f us per ping\n", what, mm[i], look_us(mm[i] * 1e-3));
+    }
 }
 
 int main(void)
@@ -183,11 +211,14 @@ int main(void)
     start(2.5, 65536, SPHERE_OPENING);
     say("opening, 6.5 deg beams, standing still", rate(40, 6.5, 0, 20));
 
-    all_four();
-    for (int i = 0; i < 3; i++) {
-        static const int mm[] = {0, 10, 30};
-        printf("head, 2.5 x 25 deg beam, %2d mm per ping %21.0f us per ping\n", mm[i], look_us(mm[i] * 1e-3));
-    }
+    all_four("");
+    heads("head, 2.5 x 25 deg beam");
+    store_start(BEAMS);
+    all_four(", records");
+    store_stop();
+    store_start(1);
+    heads("head, records");
+    store_stop();
 
     puts("\ndirections of 1 degree");
     printf("%9s %9s %14s %16s %12s\n", "cells", "room", "echoes/s", "recentre ms", "bytes/room");
