@@ -24,6 +24,8 @@ merge_sum what merge_at judges
 resample_cell what merge_sum asks of a corrected submap
 merge_at the definition by which tests judge merge_block
 components_remove a single change, as the random walk of the tests makes them
+answer_direction what the grid alone has free, by which tests and measurements judge records
+answer_sectors the same of sectors
 extract_defaults what measurements and tests begin with
 '
 

@@ -30,7 +30,7 @@ done
 
 # METHOD MILLIONS: what looks at all directions of one picture does so in one turn. Of 41253 directions of
 # 1 degree, all told, at the greatest parameters.
-longer='nearest 12 sectors 20'
+longer='nearest 12 sectors 12'
 if valgrind -q --tool=callgrind --instr-atstart=no --callgrind-out-file="$tmp/turn" "$build/tests/test_rig_turns" \
     >"$tmp/out" 2>&1; then
     awk -v longer="$longer" '

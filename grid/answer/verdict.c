@@ -302,7 +302,7 @@ static bool was_looked_at(const struct verdict *v, struct verdict_part *part)
     const struct water_tile tile = {{part->end_at[0], part->end_at[1], part->end_at[2]}, LOOK_RAD};
     for (int i = 0; i < v->n_aside; i++) {
         struct water_view view = v->aside[i];
-        view.margin_m = view.margin_rad = 0;
+        view.margin_m = view.level_m = view.lift_m = view.margin_rad = 0;
         if (!water_covers(&view, &tile, part->end_m))
             continue;
         if (!part->oldest_ns)
@@ -589,58 +589,16 @@ static void give_water(const struct verdict_part *part, struct answer *a)
     a->free_to_m = free_m > part->from_m ? free_m : 0;
 }
 
-/* ---- a vehicle that drifts ---- */
-
-/*
- * What a record shows shrinks by the drift on all sides, and no row of a head is wider than 60 degrees: soon it frees
- * nothing near the vehicle, who may be to the left or right of all that the row shows. The sphere knows what was free
- * in all directions at once, wherever among them the vehicle is now. What it finds free is as true; but it may not know
- * to a shorter distance what it knows to a longer one.
- */
-static void ask_sphere(struct verdict *v)
-{
-    v->drifts = v->by.now->pose.drift_mps > 0;
-    if (v->drifts && v->query.around)
-        answer_sectors(v->by.picture, v->by.conf, v->by.now, &v->query.band, v->sphere);
-    else if (v->drifts)
-        answer_direction(v->by.picture, v->by.conf, v->by.now, &v->query.line, v->sphere);
-}
-
-/* Is the next part clear by it, where nothing else than the water stands against that? */
-static bool is_clear_by_sphere(const struct verdict *v, const struct verdict_part *part)
-{
-    return v->drifts && part->answer.state != ANSWER_BLOCKED && part->against == ANSWER_HEARD &&
-           v->sphere[v->next].state == ANSWER_CLEAR && barred_m(part) >= distance_of(v);
-}
-
-/* It may have found more of the water of a sector that is not clear. Of one direction the reason goes with the records'
- * water. */
-static void take_water_of_sphere(const struct verdict *v, const struct verdict_part *part, struct answer *a)
-{
-    const struct answer *by = &v->sphere[v->next];
-    const double free_m = v->drifts ? fmin(by->free_to_m, barred_m(part)) : 0;
-    if (free_m - by->blind_to_m <= a->free_to_m - a->blind_to_m)
-        return;
-    a->free_to_m = free_m;
-    a->blind_to_m = by->blind_to_m;
-}
-
 static void finish(struct verdict *v, struct verdict_part *part, enum answer_reason water)
 {
     struct answer *a = &part->answer;
     if (part->bottom_m < distance_of(v) && (part->free_m >= part->bottom_m || part->bottom_m <= part->promised_m))
         doubt(part, ANSWER_BOTTOM);
-    const bool by_sphere = water != ANSWER_HEARD && is_clear_by_sphere(v, part);
-    if (!by_sphere)
-        doubt(part, water);
+    doubt(part, water);
     give_water(part, a);
-    if (by_sphere || v->query.around)
-        take_water_of_sphere(v, part, a);
     if (a->state == ANSWER_BLOCKED)
         return;
     a->age_s = part->oldest_ns ? sight_seconds(v->by.now->now_ns, part->oldest_ns) : -1;
-    if (by_sphere)
-        a->age_s = v->sphere[v->next].age_s;
     a->reason = part->against;
     a->state = part->against == ANSWER_HEARD ? ANSWER_CLEAR : ANSWER_UNKNOWN;
     if (a->state == ANSWER_CLEAR)
@@ -764,7 +722,6 @@ static double beyond_m(const struct verdict *v)
 static void look_beyond(struct verdict *v)
 {
     v->beyond = true;
-    ask_sphere(v);
     if (!v->query.around && v->part[0].answer.state != ANSWER_BLOCKED)
         v->part[0].obstacle_m = beyond_m(v);
 }

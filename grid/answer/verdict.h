@@ -11,10 +11,8 @@
  * Unknown: the rest. In any case the range is that of the nearest obstacle, which of a sector may be beyond the
  * distance.
  *
- * A vehicle that drifts, and by this does not know where its records lie, is also told what the sphere knows
- * (verdict.c). But for that, clear to a distance is clear to every shorter one: each stretch that is asked for the
- * shorter one is a part of what was asked for the longer, divided at the same ranges (decide.h), and so are the
- * directions with their obstacles.
+ * Clear to a distance is clear to every shorter one: each stretch that is asked for the shorter one is a part of what
+ * was asked for the longer, divided at the same ranges (decide.h), and so are the directions with their obstacles.
  */
 #ifndef SONARD_VERDICT_H
 #define SONARD_VERDICT_H
@@ -68,8 +66,6 @@ struct verdict {
     bool begun, all, asking;
     bool seeking;    /* where the tile in which the next part ended begins to be free, ... */
     double sought_m; /* ... from here on */
-    bool drifts;     /* the sphere was asked, too */
-    struct answer sphere[ANSWER_SECTORS_MAX];
     struct verdict_part part[ANSWER_SECTORS_MAX];
     int n, n_aside; /* negative: not looked at yet */
     struct water_view view[ASK_RECORDS], aside[ASK_RECORDS];

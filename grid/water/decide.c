@@ -18,12 +18,34 @@ struct point {
 /* The tile against the record. */
 struct deciding {
     const struct water_view *view;
+    const struct water_tile *tile;
     double v[3]; /* ahead, right, up */
     double half_rad;
     double lever_m; /* the sensor is so far from the vehicle */
     double grid_m;  /* ranges are divided at its multiples */
     struct water_pieces *out;
 };
+
+/* Of a wide tile a short stretch is seldom told apart from the next: its parts are asked where that matters. */
+static double grid_of(const struct water_tile *tile)
+{
+    return tile->half_rad > 0.04   ? 4 * WATER_GRID_M
+           : tile->half_rad > 0.02 ? 2 * WATER_GRID_M
+           : tile->half_rad > 0.01 ? WATER_GRID_M
+                                   : WATER_GRID_M / 4;
+}
+
+static struct deciding begin(const struct water_view *view, const struct water_tile *tile)
+{
+    struct deciding k = {.view = view,
+                         .tile = tile,
+                         .half_rad = tile->half_rad,
+                         .lever_m = geo_length(view->at_m),
+                         .grid_m = grid_of(tile)};
+    for (int i = 0; i < 3; i++)
+        k.v[i] = (i < 2 ? 1 : -1) * geo_dot(tile->v, view->record->axis[i]);
+    return k;
+}
 
 static struct point point_at(const struct deciding *k, double t_m)
 {
@@ -115,12 +137,11 @@ static struct thick thick_of(const struct deciding *k, const struct point *a, co
 {
     const double from[3] = {a->ahead, a->right, a->up};
     const double close_m = least_away(from, k->v, 3, b->t_m - a->t_m), far_m = fmax(a->range, b->range);
-    const double thick_m = k->view->margin_m + b->t_m * k->half_rad + ROUNDING_M,
-                 *spread_m = k->view->record->spread_m;
+    const double wide_m = b->t_m * k->half_rad + ROUNDING_M, *spread_m = k->view->record->spread_m;
     return (struct thick){.a = *a,
                           .b = *b,
-                          .aside_m = thick_m + k->view->margin_rad * far_m + spread_m[1],
-                          .up_m = thick_m + k->view->lift_rad * far_m + spread_m[2],
+                          .aside_m = k->view->margin_m + wide_m + k->view->margin_rad * far_m + spread_m[1],
+                          .up_m = k->view->lift_m + wide_m + k->view->lift_rad * far_m + spread_m[2],
                           .along_m = k->view->margin_m + nearer_m(k, b->t_m, close_m) + spread_m[0] + ROUNDING_M,
                           .close_m = close_m,
                           .far_m = far_m};
@@ -169,21 +190,50 @@ static bool azimuths(const struct deciding *k, const struct thick *s, struct spa
     return true;
 }
 
+/* What lies level_m nearer or farther than the axis, which is at least least_m away, and is as high, is seen steeper or
+ * less steeply by this. */
+static struct span shifted(struct span s, double level_m, double least_m)
+{
+    const double steeper = least_m / (least_m - level_m), flatter = least_m / (least_m + level_m);
+    return (struct span){s.low * (s.low < 0 ? steeper : flatter), s.high * (s.high > 0 ? steeper : flatter)};
+}
+
 static bool elevations(const struct deciding *k, const struct thick *s, struct span *out)
 {
-    const double tau = tan_of_ball(s->up_m, s->close_m);
-    if (tau < 0 || !axis_elevations(k, s, out))
+    const double from[2] = {s->a.ahead, s->a.right}, level_m = k->view->level_m;
+    const double least_m = least_away(from, k->v, 2, s->b.t_m - s->a.t_m);
+    const double tau = tan_of_ball(s->up_m, s->close_m - level_m);
+    if (tau < 0 || least_m <= level_m || !axis_elevations(k, s, out))
         return false;
-    *out = wider(*out, tau);
+    *out = wider(shifted(*out, level_m, least_m), tau);
     return true;
 }
 
 /* What of the image a stretch may touch. */
 struct touched {
     struct water_part part;
-    bool any;    /* some of it */
-    bool inside; /* the stretch is in it wholly */
+    bool any;         /* some of it */
+    bool left, right; /* none of the stretch lies beyond it on that side, ... */
+    bool upright;     /* ... above or below */
 };
+
+/* Does all of the stretch lie in it? */
+static bool is_inside(const struct touched *t)
+{
+    return t->left && t->right && t->upright;
+}
+
+/* None of it lies where the head came from; it may lie where it went on to, which the next row shows. */
+static bool begins_inside(const struct deciding *k, const struct touched *t)
+{
+    return k->view->next && t->upright && (k->view->record->sense > 0 ? t->left : t->right);
+}
+
+/* None of it lies where the head went on to. */
+static bool ends_inside(const struct deciding *k, const struct touched *t)
+{
+    return k->view->record->sense > 0 ? t->right : t->left;
+}
 
 static void find_part(const double *between, int n, const struct span *s, int part[2])
 {
@@ -195,7 +245,7 @@ static struct touched touch(const struct deciding *k, const struct thick *s)
 {
     const struct water_image *image = &k->view->record->image;
     const int columns = image->columns, rows = image->rows;
-    struct touched t = {{{0, columns - 1}, {0, rows - 1}}, true, false};
+    struct touched t = {.part = {{0, columns - 1}, {0, rows - 1}}, .any = true};
     struct span az = {-INFINITY, INFINITY}, el = az;
     if (s->a.ahead < -s->aside_m && s->b.ahead < -s->aside_m) {
         t.any = false;
@@ -205,13 +255,15 @@ static struct touched touch(const struct deciding *k, const struct thick *s)
     if (aimed) {
         find_part(image->tan_az, columns, &az, t.part.column);
         t.any = az.high >= image->tan_az[0] && az.low <= image->tan_az[columns];
+        t.left = az.low >= image->tan_az[0];
+        t.right = az.high <= image->tan_az[columns];
     }
     if (level) {
         find_part(image->tan_el, rows, &el, t.part.row);
         t.any = t.any && el.high >= image->tan_el[0] && el.low <= image->tan_el[rows];
+        t.upright = el.low >= image->tan_el[0] && el.high <= image->tan_el[rows];
     }
-    t.inside = aimed && level && az.low >= image->tan_az[0] && az.high <= image->tan_az[columns] &&
-               el.low >= image->tan_el[0] && el.high <= image->tan_el[rows];
+    t.upright = t.upright && aimed;
     return t;
 }
 
@@ -225,32 +277,34 @@ static struct span common(struct span s, double tau)
 }
 
 /* How far the tile's water is from its axis in every part of the stretch, as seen from the sensor. */
-static double least_tan(const struct deciding *k, const struct thick *s, double turned_rad, double spread_m,
+static double least_tan(const struct deciding *k, const struct thick *s, double off_m, double turned_rad,
                         double away_m)
 {
-    const double thick_m = k->view->margin_m + s->a.t_m * k->half_rad + turned_rad * s->close_m + spread_m;
-    return tan_of_ball(thick_m, away_m);
+    return tan_of_ball(off_m + s->a.t_m * k->half_rad + turned_rad * s->close_m, away_m);
 }
 
-/* inside: of what every part of the stretch touches all is in the image. any: they all touch `part` of it. */
+/* left, right, upright: of what every part of the stretch touches all is in the image. any: they all touch `part` of
+ * it. */
 static struct touched touched_by_all(const struct deciding *k, const struct thick *s)
 {
     const struct water_image *image = &k->view->record->image;
     const double *spread_m = k->view->record->spread_m;
-    struct touched t = {.inside = true};
+    struct touched t = {.left = true, .right = true, .upright = true};
     struct span az, el;
     if (!axis_azimuths(s, &az) || !axis_elevations(k, s, &el))
         return t;
-    const double tau_az = least_tan(k, s, k->view->margin_rad, spread_m[1], fmax(s->a.level, s->b.level));
-    const double tau_el = least_tan(k, s, k->view->lift_rad, spread_m[2], s->far_m);
+    const double tau_az =
+        least_tan(k, s, k->view->margin_m + spread_m[1], k->view->margin_rad, fmax(s->a.level, s->b.level));
+    const double tau_el = least_tan(k, s, k->view->lift_m + spread_m[2], k->view->lift_rad, s->far_m);
     if (tau_az < 0 || tau_el < 0)
         return t;
     az = common(az, tau_az);
     el = common(el, tau_el);
     if (az.low > az.high || el.low > el.high)
         return t;
-    t.inside = az.low >= image->tan_az[0] && az.high <= image->tan_az[image->columns] &&
-               el.low >= image->tan_el[0] && el.high <= image->tan_el[image->rows];
+    t.left = az.low >= image->tan_az[0];
+    t.right = az.high <= image->tan_az[image->columns];
+    t.upright = el.low >= image->tan_el[0] && el.high <= image->tan_el[image->rows];
     t.any = az.high >= image->tan_az[0] && az.low <= image->tan_az[image->columns] &&
             el.high >= image->tan_el[0] && el.low <= image->tan_el[image->rows];
     find_part(image->tan_az, image->columns, &az, t.part.column);
@@ -259,6 +313,43 @@ static struct touched touched_by_all(const struct deciding *k, const struct thic
 }
 
 /* ---- the decision ---- */
+
+/* So far is anything free by it. */
+static double keeps_m(const struct deciding *k)
+{
+    return k->view->keeps_m > 0 ? k->view->keeps_m : INFINITY;
+}
+
+/* Is what the stretch touches of the image free where it may be? */
+static bool is_free_in(const struct deciding *k, const struct thick *s, const struct water_cell *cell)
+{
+    return s->close_m - s->along_m >= cell->from * WATER_UNIT_M &&
+           s->far_m + s->along_m <= fmin(cell->least * WATER_UNIT_M, keeps_m(k));
+}
+
+/*
+ * Is a stretch that begins inside a row free in the next ones as well, up to one in which it ends? None of them need
+ * hold it wholly. A thing in it, wherever the vehicle drifted meanwhile, was on one side of the beam when the first row
+ * began and on the other when the last one ended. So a beam passed it, for through a row nothing slips, and two rows
+ * that follow each other have beams in common. The later a row, the less is it made smaller by drift.
+ */
+static bool goes_on(const struct deciding *k, const struct thick *s)
+{
+    for (const struct water_view *view = k->view->next; view && !view->lost; view = view->next) {
+        const struct deciding later = begin(view, k->tile);
+        const struct point a = point_at(&later, s->a.t_m), b = point_at(&later, s->b.t_m);
+        const struct thick there = thick_of(&later, &a, &b);
+        const struct touched t = touch(&later, &there);
+        if (!t.upright)
+            return false;
+        const struct water_cell cell = water_image_of(&view->record->image, &t.part);
+        if (t.any && !is_free_in(&later, &there, &cell))
+            return false;
+        if (ends_inside(&later, &t))
+            return true;
+    }
+    return false;
+}
 
 /* What is said of a stretch as a whole; mixed: parts of it may be told otherwise. */
 static struct water_piece judge(const struct deciding *k, const struct thick *s)
@@ -270,21 +361,20 @@ static struct water_piece judge(const struct deciding *k, const struct thick *s)
     if (!t.any)
         return piece;
     const struct water_cell cell = water_image_of(&r->image, &t.part);
+    const bool inside = is_inside(&t);
     const bool one = t.part.column[0] == t.part.column[1] && t.part.row[0] == t.part.row[1];
-    const double from_m = cell.from * WATER_UNIT_M, least_m = cell.least * WATER_UNIT_M,
-                 most_m = (cell.most + 1) * WATER_UNIT_M,
+    const double most_m = (cell.most + 1) * WATER_UNIT_M,
                  ends_m = cell.ends == WATER_NO_END ? INFINITY : cell.ends * WATER_UNIT_M;
-    const double keeps_m = k->view->keeps_m > 0 ? k->view->keeps_m : INFINITY;
-    if (t.inside && nearest_m >= from_m && farthest_m <= fmin(least_m, keeps_m)) {
+    if (is_free_in(k, s, &cell) && (inside || (begins_inside(k, &t) && goes_on(k, s)))) {
         piece.says = k->view->lost ? WATER_NOTHING : WATER_FREE;
         return piece;
     }
-    if (t.inside && one && nearest_m > ends_m) {
+    if (inside && one && nearest_m > ends_m) {
         piece.says = WATER_ENDED;
         return piece;
     }
     const bool may_end = farthest_m > ends_m;
-    const bool may_free = s->close_m < fmin(most_m, keeps_m) && (!t.inside || s->far_m > r->image.near_m);
+    const bool may_free = s->close_m < fmin(most_m, keeps_m(k)) && (!inside || s->far_m > r->image.near_m);
     piece.says = may_end ? WATER_ENDED : WATER_NOTHING;
     piece.mixed = may_end || may_free;
     return piece;
@@ -298,7 +388,8 @@ static bool is_divided(const struct deciding *k, const struct thick *s, const st
     struct water_cell cell = {.least = UINT16_MAX, .ends = WATER_NO_END};
     if (all.any)
         cell = water_image_of(&k->view->record->image, &all.part);
-    const bool may_free = all.inside && s->close_m <= (cell.least + 1) * WATER_UNIT_M &&
+    const bool may_free = (is_inside(&all) || begins_inside(k, &all)) &&
+                          s->close_m <= (cell.least + 1) * WATER_UNIT_M &&
                           s->far_m + s->along_m >= cell.from * WATER_UNIT_M;
     const bool all_end = cell.ends != WATER_NO_END && s->close_m > cell.ends * WATER_UNIT_M;
     return may_free || (whole->says == WATER_ENDED && !all_end);
@@ -356,24 +447,6 @@ static void clip_side(const struct deciding *k, double tan_az, double side, doub
                                                       ROUNDING_M +
                                                       rad * sqrt(at[0] * at[0] + at[1] * at[1] + at[2] * at[2]);
     clip(ahead * at[0] + right * at[1] + thick_m, ahead * k->v[0] + right * k->v[1] + k->half_rad + rad, from, to);
-}
-
-/* Of a wide tile a short stretch is seldom told apart from the next: its parts are asked where that matters. */
-static double grid_of(const struct water_tile *tile)
-{
-    return tile->half_rad > 0.04   ? 4 * WATER_GRID_M
-           : tile->half_rad > 0.02 ? 2 * WATER_GRID_M
-           : tile->half_rad > 0.01 ? WATER_GRID_M
-                                   : WATER_GRID_M / 4;
-}
-
-static struct deciding begin(const struct water_view *view, const struct water_tile *tile)
-{
-    struct deciding k = {
-        .view = view, .half_rad = tile->half_rad, .lever_m = geo_length(view->at_m), .grid_m = grid_of(tile)};
-    for (int i = 0; i < 3; i++)
-        k.v[i] = (i < 2 ? 1 : -1) * geo_dot(tile->v, view->record->axis[i]);
-    return k;
 }
 
 bool water_touches(const struct water_view *view, const struct water_tile *tile, double *from_m, double *to_m)

@@ -3,7 +3,8 @@
  * decide - what a record says of a tile: all the water in a cone of directions from where the vehicle is now, between
  * two ranges, larger by all that is uncertain. The one place where a record's water is judged.
  *
- * Free is what lies in the image wholly, nearer than the range of every cell that it may touch. Ended is what may touch
+ * Free is what lies in the image wholly, nearer than the range of every cell that it may touch; of a head that drifts, in
+ * the images of rows that follow each other. Ended is what may touch
  * a cell at or beyond its echo. Of anything else the record says nothing. What is uncertain makes free water smaller
  * and ended water larger, by the same margin.
  *
@@ -34,15 +35,18 @@ struct water_pieces {
     int judged; /* stretches that were looked at for it */
 };
 
-/* A record as a question sees it. */
+/* A record as a question sees it. What drift makes uncertain is level: as high as before, nearer or farther. */
 struct water_view {
     const struct water_record *record;
     double at_m[3];    /* the vehicle, from the sensor, in its axes */
-    double margin_m;   /* so far may the vehicle be from there */
+    double margin_m;   /* so far may the vehicle be from there: ... */
+    double level_m;    /* ... by its drift no farther than this, level, ... */
+    double lift_m;     /* ... and in all no farther than this up and down in the sensor's axes */
     double margin_rad; /* and directions turned so far, ... */
     double lift_rad;   /* ... up and down in the sensor's axes no farther than this */
     double keeps_m;    /* what stands farther from the sensor is forgotten: nothing is free there; 0: no limit */
     bool lost;         /* nothing is heard of its sonar: it ends water, and frees none */
+    const struct water_view *next; /* the row in which a head's sweep goes on: decide.c; NULL: in none */
 };
 
 /* Directions within half_rad (below 0.2) of the unit vector v, NED. */

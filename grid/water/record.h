@@ -40,6 +40,8 @@ struct water_record {
     uint64_t t_ns;      /* of the oldest beam ... */
     uint64_t newest_ns; /* ... and of the newest */
     uint32_t sensor, seq;
+    uint32_t sweep;     /* it is a part of the sweep that began with the ping of this number, ... */
+    int sense;          /* ... clockwise: 1, or -1; 0: of none */
     double path_m;      /* distance travelled by then */
     double drift_m[2];  /* of the vehicle by then: struct pose */
     double place_m[3];  /* of the sensor, NED */

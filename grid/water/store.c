@@ -241,12 +241,15 @@ static struct water_view look_at(const struct store_now *now, const struct water
 {
     const struct pose *pose = now->pose;
     const double age_s = seconds_since(r->t_ns, now->now_ns), way = fmax(pose->path_m - r->path_m, 0);
-    const double drift_m =
-        hypot(fmax(pose->drift_m[0] - r->drift_m[0], 0), fmax(pose->drift_m[1] - r->drift_m[1], 0));
+    const double level_m = fmax(pose->drift_m[0] - r->drift_m[0], 0),
+                 depth_m = fmax(pose->drift_m[1] - r->drift_m[1], 0);
     const double turned = turned_rad(now, r), leaning = hypot(r->axis[2][0], r->axis[2][1]);
+    const double off_m =
+        r->uncertain_m + pose->uncertain_m + POSE_WAY_ERROR * way + strayed_m + fmin(turned, 2) * r->lever_m;
     struct water_view view = {.record = r,
-                              .margin_m = r->uncertain_m + pose->uncertain_m + drift_m + POSE_WAY_ERROR * way +
-                                          strayed_m + fmin(turned, 2) * r->lever_m,
+                              .margin_m = off_m + hypot(level_m, depth_m),
+                              .level_m = level_m,
+                              .lift_m = off_m + depth_m + level_m * fmin(leaning, 1),
                               .margin_rad = r->tilt_rad + turned,
                               .lift_rad = r->tilt_rad + turned * leaning,
                               .keeps_m = now->keeps_m > 0 ? fmax(now->keeps_m - r->lever_m, WATER_UNIT_M) : 0,
@@ -281,6 +284,19 @@ void store_list(const struct store *s, struct store_list *list)
     memcpy(list->order, s->pool.order, s->pool.n * sizeof *list->order);
 }
 
+/* The latest of the views so far that has some of its beams and goes on with the sweep; NULL: none does. */
+static const struct water_view *next_of(const struct water_view *view, int n)
+{
+    const struct water_record *r = view[n].record;
+    for (int i = 0; r->sense != 0 && i < n; i++) {
+        const struct water_record *by = view[i].record;
+        if (by->sensor == r->sensor && by->sense == r->sense && by->sweep == r->sweep && by->t_ns < r->newest_ns &&
+            by->newest_ns > r->newest_ns)
+            return &view[i];
+    }
+    return NULL;
+}
+
 int store_look(const struct store *s, const struct store_list *list, const struct store_now *now,
                struct water_view *view)
 {
@@ -295,6 +311,7 @@ int store_look(const struct store *s, const struct store_list *list, const struc
         stray(&strayed, now, r);
         view[n] = look_at(now, r, strayed.off_m);
         view[n].lost = view[n].lost || is_doubted(list, r);
+        view[n].next = view[n].level_m > 0 ? next_of(view, n) : NULL;
         n++;
     }
     return n;

@@ -127,7 +127,7 @@ bool sweep_add(struct sweep *s, const struct water_record *at, const struct beam
         s->before = s->look[s->n - 1].at.seq;
         next.apart = !join(&s->look[s->n - 1], &next, next.join_m);
     } else
-        *s = (struct sweep){.since = 1};
+        *s = (struct sweep){.since = 1, .begun = at->seq};
     s->look[s->n++] = next;
     return joined;
 }
@@ -232,6 +232,8 @@ void sweep_write(const struct sweep *s, struct water_record *record, struct row_
     record->t_ns = oldest->at.t_ns;
     record->newest_ns = newest->at.t_ns;
     record->seq = newest->at.seq;
+    record->sweep = s->begun;
+    record->sense = s->sense > 0 ? 1 : s->sense < 0 ? -1 : 0;
     record->path_m = oldest->at.path_m;
     memcpy(record->drift_m, oldest->at.drift_m, sizeof record->drift_m);
     meet(s, middle, at_m);

@@ -27,7 +27,8 @@ struct sweep {
     int first;       /* the first of the row: 1, where the one before it is known; else 0 */
     double sense;    /* of its turn: 1, -1; 0: not known yet */
     int since;       /* beams since a row was kept, the last one counted */
-    uint32_t before; /* number of the ping before the last one that joined it */
+    uint32_t before; /* number of the ping before the last one that joined it ... */
+    uint32_t begun;  /* ... and of the first one of the sweep */
 };
 
 /**
