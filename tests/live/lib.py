@@ -408,6 +408,22 @@ def pings_until(client, count, limit_s=30.0):
     until(lambda: client.sensor()["pings"] >= first + count, "%d pings" % count, limit_s, 0.05)
 
 
+def jump(daemon, to_s, **more):
+    """Jumps, and returns a client once the daemon is there: a jump back ends all connections."""
+    daemon.client().call("replay", to_s=to_s, **more)
+
+    def there():
+        try:
+            client = daemon.client()
+            status = client.call("status")
+        except (Failed, OSError):
+            return None  # the connection was made before all of them ended
+        state = status["replay"]
+        arrived = not state["jumping"] and (state["position_s"] >= to_s - 1e-3 or status["mode"] == "replay, ended")
+        return client if arrived and (not state["paused"] or state["position_s"] < to_s + 1e-3) else None
+    return until(there, "a jump to %.3f s" % to_s)
+
+
 def _run_case(name, function):
     bench = Bench()
     verdict = "ok " + name

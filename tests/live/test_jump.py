@@ -7,7 +7,7 @@ import os
 import random
 import time
 
-from lib import SEED, Failed, check, expect_refusal, note, refused, run, until
+from lib import SEED, Failed, check, expect_refusal, jump, note, refused, run, until
 
 CAPTURE = "tests/replay/box.mcap"
 
@@ -17,22 +17,6 @@ def playing(bench, *arguments, **pipes):
     daemon = bench.sonard("--replay", CAPTURE, "--stay", "--speed", "0.001", "--socket", bench.socket_path, *arguments, conf=False, **pipes)
     daemon.client().call("replay", pause="yes")
     return daemon
-
-
-def jump(daemon, to_s, **more):
-    """Jumps, and returns a client once the daemon is there: a jump back ends all connections."""
-    daemon.client().call("replay", to_s=to_s, **more)
-
-    def there():
-        try:
-            client = daemon.client()
-            status = client.call("status")
-        except (Failed, OSError):
-            return None  # the connection was made before all of them ended
-        state = status["replay"]
-        arrived = not state["jumping"] and (state["position_s"] >= to_s - 1e-3 or status["mode"] == "replay, ended")
-        return client if arrived and (not state["paused"] or state["position_s"] < to_s + 1e-3) else None
-    return until(there, "a jump to %.3f s" % to_s)
 
 
 def everything(client):

@@ -2,13 +2,12 @@
 # SPDX-License-Identifier: MIT
 """Recording a live sonar and replaying the capture: the same answers, also after the power went."""
 import glob
-import json
 import os
 import signal
 import threading
 import time
 
-from lib import PATIENCE, SONARD, check, expect_refusal, note, pings_until, run, until
+from lib import PATIENCE, SONARD, Skipped, check, expect_refusal, jump, note, pings_until, run, until
 
 TURN = 200  # pings of a full circle at 1.8 degrees
 
@@ -44,7 +43,7 @@ class Voyage(threading.Thread):
 
 def start(bench, directory, voyage=True, step="1.8 deg"):
     sim = bench.sim(truth=True)
-    bench.conf(sonar={"step": step}, answers={"look_ahead": "200 m"})
+    bench.conf(sonar={"step": step}, answers={"look_ahead": "200 m"}, pose={"max_age": "1 min"})
     daemon = bench.sonard("--record", directory)
     client = daemon.client()
     if not voyage:
@@ -71,7 +70,7 @@ WATER_GRID_M = 1 / 16
 
 def same(live, replay):
     """Equal, but for the last digit, and for free water one step of the ranges at which it is divided (grid/water/decide.h): the
-    question of a client comes a moment later than the replay's, and a capture's times are whole nanoseconds of another clock."""
+    time that an answer tells is rounded, and a capture's times are whole nanoseconds of another clock."""
     def equal(a, b, off):
         return a == b or (None not in (a, b) and not isinstance(a, str) and abs(a - b) <= off)
     differing = [(a, b) for a, b in zip(shape(live), shape(replay))
@@ -98,22 +97,28 @@ def pings_of(bench, capture):
     return sum(1 for line in result.stdout.splitlines() if line[:1].isdigit())
 
 
+def when_silent(sim, client):
+    """The sectors in body and ned, the pings, and the record, after the last ping and before the head counts as offline,
+    which a replay knows nothing of: that is 1 s."""
+    sim.command("silent 3600")
+    while True:
+        before = client.sensor()
+        told = [client.call("sectors", frame=frame) for frame in ("body", "ned")]
+        after = client.sensor()
+        if after["state"] != "running":
+            raise Skipped("this machine is too slow: the head was offline before all was asked")
+        if after["pings"] == before["pings"]:
+            return told, after["pings"], client.call("status")["record"]
+
+
 def same_answers(bench):
-    """A replay ends with the sectors that were answered live; tests/voyage/test_record.py has it with any number of threads."""
+    """A replay has at any time the sectors that were answered live then; tests/voyage/test_record.py has it with any number
+    of threads."""
     directory = bench.path("captures")
     sim, daemon, client, voyage = start(bench, directory)
     pings_until(client, TURN + 20)
-    sim.command("silent 60")  # no ping any more; the poses go on
-    quiet = [0]
-
-    def still():
-        before, quiet[0] = quiet[0], client.sensor()["pings"]
-        return before == quiet[0]
-    until(still, "the last ping", every_s=0.2)
     voyage.end()
-    live, live_ned = (client.call("sectors", frame=frame)["sectors"] for frame in ("body", "ned"))
-    pings = client.sensor()["pings"]
-    record = client.call("status")["record"]
+    told, pings, record = when_silent(sim, client)
     check(record["recording"] and record["lost_messages"] == 0 and record["error"] == "", "record: %s" % record)
     daemon.stop()
     capture = only_capture(directory)
@@ -126,16 +131,13 @@ def same_answers(bench):
     kept = pings_of(bench, capture)
     check(kept == pings, "%d pings in the capture, %d live" % (kept, pings))
 
-    last = json.loads(answers(bench, capture, "again").splitlines()[-1])
-    check(last["event"] == "end", "the last event: %s" % last["event"])
-    same(live, last["sectors"]["sectors"])
-    blocked = sum(s["state"] == "blocked" for s in live)
-    check(blocked >= 60, "only %d sectors blocked" % blocked)
-
     stayed = bench.sonard("--replay", capture, "--stay", conf=False)
-    client = stayed.client()
-    until(lambda: client.call("status")["mode"] == "replay, ended", "the end of the replay")
-    same(live_ned, client.call("sectors", frame="ned")["sectors"])
+    for live in told:
+        now = stayed.client().call("status")
+        client = jump(stayed, live["t_unix"] - (now["t_unix"] - now["replay"]["position_s"]), pause="yes")
+        same(live["sectors"], client.call("sectors", frame=live["frame"])["sectors"])
+    blocked = sum(s["state"] == "blocked" for s in told[0]["sectors"])
+    check(blocked >= 60, "only %d sectors blocked" % blocked)
     check(client.call("status")["pose"]["count"] == voyage.steps, "not all poses were replayed")
 
 
