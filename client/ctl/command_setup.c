@@ -43,7 +43,8 @@ struct setup {
     bool current_answered;                              /* there is no DVL */
     bool mount_answered, size_answered, range_answered; /* the others stay the defaults of sonard.conf */
     bool upside_down;
-    int port_error; /* errno of the port given with --port; 0: it was open */
+    bool promises_near; /* what stands near is in the beams' sight */
+    int port_error;     /* errno of the port given with --port; 0: it was open */
 };
 
 static const json_t *given(const struct setup *s, const char *key)
@@ -326,6 +327,9 @@ static void ask_all(struct setup *s)
     s->size_answered = ask_numbers(s, &size, s->size_m);
     s->range_answered = ask_numbers(s, &range, &s->range_m);
     ask_current(s);
+    s->promises_near =
+        given(s, "near") ||
+        (is_ping360(s) && ask_yes(s, "Does every obstacle reach from the bottom to the surface, y or n?"));
 }
 
 static void write_port(const struct setup *s, FILE *out)
@@ -339,7 +343,7 @@ static void write_port(const struct setup *s, FILE *out)
     fprintf(out, "port = %s\n", s->port);
 }
 
-/* It is for the user to promise: written as a comment. */
+/* It is for the user to promise: else written as a comment. */
 static void write_near(const struct setup *s, FILE *out)
 {
     const double height_m = s->size_answered ? s->size_m[2] : HEIGHT_M;
@@ -349,9 +353,8 @@ static void write_near(const struct setup *s, FILE *out)
     fprintf(
         out,
         "# A level head does not see what is close above and below it: without this `limit` allows a crawl only.\n"
-        "# Remove the # to promise that nothing stands so near out of the beams' sight "
-        "(docs/devices/ping360.md).\n"
-        "#near = %.1f m\n",
+        "%s that nothing stands so near out of the beams' sight (docs/devices/ping360.md).\n%snear = %.1f m\n",
+        s->promises_near ? "# A promise:" : "# Remove the # to promise", s->promises_near ? "" : "#",
         ceil(near_m * 10) / 10);
 }
 

@@ -56,6 +56,8 @@ def options(bench):
     check("range = 10 m" in done.stdout and "step = 1.8 deg" in done.stdout, done.stdout)
     done = setup(bench, "--device", "ping360", "--port", "serial:/dev/ttyUSB0:115200", "--mount", "0,0,-0.4", "--output", "-")
     check("\n#near = 5.8 m\n" in done.stdout, done.stdout)
+    done = setup(bench, "--device", "ping360", "--port", "serial:/dev/ttyUSB0:115200", "--mount", "0,0,-0.4", "--near", "--output", "-")
+    check("\nnear = 5.8 m\n" in done.stdout and "# A promise: that nothing" in done.stdout, done.stdout)
     promised = bench.write("near.conf", done.stdout.replace("#near", "near"))
     checked = bench.run(SONARD, "--check", promised)
     check(checked.returncode == 0 and "near" not in checked.stdout.replace(promised, ""), checked.stdout)
@@ -169,19 +171,19 @@ def asked(out, keys):
 def questions(bench):
     """At a terminal it asks; an empty line takes what stands in brackets, nonsense is asked again."""
     out = bench.path("asked.conf")
-    status, said = asked(out, b"blueview\nping360\n0.3 0\n0.3 0 0.1\nja\nYes\n\n12\nsea\nHarbour\n")
+    status, said = asked(out, b"blueview\nping360\n0.3 0\n0.3 0 0.1\nja\nYes\n\n12\nsea\nHarbour\ny\n")
     check(status == 0, said)
     check("supported: micron" in said and "expected 3 numbers" in said and "expected y or n" in said and "expected pool" in said and "fast does the water go" in said, said)
     with open(out, encoding="ascii") as f:
         text = f.read()
     for line in ("device = ping360", "mount = 0.3 0 0.1 m", "rotation = 180 0 0 deg", "range = 12 m", "radius = 0.287 m", "current = 0.3 m/s",
-                 "port = serial:/dev/null:921600"):
+                 "port = serial:/dev/null:921600", "near = 3.2 m"):
         check("\n%s\n" % line in text, "no %s in %s" % (line, text))
 
 
 def hangs_up(bench):
     """Who leaves before the last answer has not taken the defaults of the rest: nothing is written."""
-    for keys in (b"\x04", b"ping360\n\x04", b"ping360\n0.3 0 0.1\n\n\n\x04", b"ping360\n0.3 0 0.1\n\n\n\n\x04"):
+    for keys in (b"\x04", b"ping360\n\x04", b"ping360\n0.3 0 0.1\n\n\n\x04", b"ping360\n0.3 0 0.1\n\n\n\n\x04", b"ping360\n0.3 0 0.1\n\n\n\n\n\x04"):
         out = bench.path("left.conf")
         status, said = asked(out, keys)
         check(status in (2, 7) and not os.path.exists(out), "%s: %d %s" % (keys, status, said))
