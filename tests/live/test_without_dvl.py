@@ -22,9 +22,9 @@ FUNCTIONS = {"SERVO%d_FUNCTION" % (i + 1): (33 + i if i < 6 else 0) for i in ran
 DIRECTIONS = {"MOT_%d_DIRECTION" % (i + 1): 1 for i in range(8)}
 PARAMETERS = dict(FUNCTIONS, **DIRECTIONS, FRAME_CONFIG=1, BARO_PRIMARY=1)
 SET_INTERVAL = 511
-# Degrees at rest and rad/s of the sway about them, of roll, pitch and yaw. In two logs of BlueROV2s ATTITUDE lies 0.001 to 0.03 degrees beside a
-# line over 0.2 s.
-SWAY = ((0, 1.7), (0, 1.3), (30, 0.9))
+# Of roll, pitch and yaw: degrees at rest, rad/s of the sway about them, and degrees of noise. In two logs of BlueROV2s ATTITUDE lies, as a standard
+# deviation, up to 0.03 degrees (yaw: 0.004) beside a line over 0.2 s.
+SWAY = ((0, 1.7, 0.05), (0, 1.3, 0.05), (30, 0.9, 0.007))
 
 
 class Autopilot(threading.Thread):
@@ -53,7 +53,7 @@ class Autopilot(threading.Thread):
         if message_id == HEARTBEAT:
             return struct.pack("<IBBBBB", 2, 12, 3, 0x81, 4, 3)  # ALT_HOLD, submarine, armed
         if message_id == ATTITUDE:
-            roll, pitch, yaw = (math.radians(rest + 0.5 * math.sin(boot_s * rate) + noise(-0.05, 0.05)) for rest, rate in SWAY)
+            roll, pitch, yaw = (math.radians(rest + 0.5 * math.sin(boot_s * rate) + noise(-beside, beside)) for rest, rate, beside in SWAY)
             return struct.pack("<I6f", int(boot_s * 1000), roll, pitch, yaw, 0, 0, 0)
         if message_id == VFR_HUD:
             climbs = -0.2 if 110 < boot_s < 120 else 0
