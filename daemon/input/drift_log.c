@@ -132,7 +132,8 @@ double drift_log_uncertain_m(const struct drift_log *log, uint64_t t_ns)
     if (!log->goes_on)
         return 0;
     const double bounded_s = fmin(late_s, DRIFT_LOG_LATE_NS * 1e-9);
-    return fmin(DRIFT_LOG_MPS2 * bounded_s / 2, fmax(log->set.mps - log->mps[DRIFT_LEVEL], 0)) * bounded_s;
+    const double slower_mps = fmin(log->mps[DRIFT_LEVEL], log->mps[DRIFT_VERTICAL]);
+    return fmin(DRIFT_LOG_MPS2 * bounded_s / 2, fmax(log->set.mps - slower_mps, 0)) * bounded_s;
 }
 
 /* Drift does not count what the vehicle did before it had a pose: of then nothing is known. */

@@ -66,7 +66,8 @@ bool drift_log_bound(struct drift_log *log, uint64_t t_ns, const double mps[DRIF
 /** drift_log_at - how far it may have gone by t_ns; below 0 where that was before the log began. */
 void drift_log_at(const struct drift_log *log, uint64_t t_ns, double m[DRIFT_WAYS]);
 
-/** drift_log_uncertain_m - how much farther it is by t_ns, at most, if it sped up since the newest bound. */
+/** drift_log_uncertain_m - how much farther it is by t_ns, at most, in the way in which it is the slower, if it sped up
+ * since the newest bound. */
 double drift_log_uncertain_m(const struct drift_log *log, uint64_t t_ns);
 
 /** drift_log_gone - between two times the vehicle went no farther than m, level and up or down, by bounds of its speed

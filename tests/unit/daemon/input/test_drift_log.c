@@ -165,6 +165,19 @@ TEST(between_two_times_it_went_as_far_as_bounds_say)
     CHECK_NEAR(m[DRIFT_LEVEL], 0.05 * 0.1, 1e-9, 0);
 }
 
+/* One that goes level as fast as it ever does may yet speed up upward or downward, and the other way round. */
+TEST(what_is_slow_may_speed_up_whatever_is_fast)
+{
+    for (int slow = 0; slow < DRIFT_WAYS; slow++) {
+        double m[DRIFT_WAYS], mps[DRIFT_WAYS] = {2, 2};
+        mps[slow] = 0.1;
+        start(2, 0);
+        CHECK(drift_log_bound(&unseen, 2000 * MS, mps) && drift_log_bound(&unseen, 2050 * MS, mps));
+        drift_log_gone(&unseen, 2050 * MS, 2150 * MS, m);
+        CHECK_NEAR(m[slow], 0.1 * 0.1 + 0.1 * 15 * 0.1 / 2, 1e-9, 0);
+    }
+}
+
 int main(void)
 {
     seed = test_seed();
@@ -174,6 +187,7 @@ int main(void)
     RUN(between_two_bounds_it_goes_on_evenly);
     RUN(a_bound_comes_and_holds_for_its_time);
     RUN(between_two_times_it_went_as_far_as_bounds_say);
+    RUN(what_is_slow_may_speed_up_whatever_is_fast);
     RUN(it_never_says_less);
     RUN(what_is_older_than_the_bounds_went_as_fast_as_ever);
     return test_end();
