@@ -105,6 +105,19 @@ void drift_log_withdraw(struct drift_log *log, uint64_t now_ns, const double m[D
     restart(log, now_ns, m);
 }
 
+/* Where the newest mark's bound ended before t_ns: what came then, as fast as the configuration says, is not spread over
+ * the time that it covered, nor does that make the rest any slower. */
+static void put_end(struct drift_log *log, uint64_t t_ns, const double mps[DRIFT_WAYS])
+{
+    const uint64_t from_ns = log->set.from_pose ? later(newest(log)->t_ns, log->t_first_ns) : newest(log)->t_ns;
+    const uint64_t end_ns = from_ns + DRIFT_LOG_LATE_NS;
+    double m[DRIFT_WAYS];
+    if (!log->goes_on || end_ns >= t_ns)
+        return;
+    go_on(log, end_ns, mps, m);
+    put(log, end_ns, m);
+}
+
 bool drift_log_bound(struct drift_log *log, uint64_t t_ns, const double mps[DRIFT_WAYS])
 {
     double next[DRIFT_WAYS], counted[DRIFT_WAYS], m[DRIFT_WAYS];
@@ -120,6 +133,7 @@ bool drift_log_bound(struct drift_log *log, uint64_t t_ns, const double mps[DRIF
         counted[k] = log->goes_on ? fmax(next[k], log->mps[k]) : log->set.mps;
     }
     go_on(log, t_ns, counted, m);
+    put_end(log, t_ns, counted);
     put(log, t_ns, m);
     memcpy(log->mps, next, sizeof next);
     log->goes_on = true;

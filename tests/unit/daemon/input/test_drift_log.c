@@ -178,6 +178,19 @@ TEST(what_is_slow_may_speed_up_whatever_is_fast)
     }
 }
 
+/* A bound holds for 0.3 s. What comes then, until the next one, went as fast as ever. */
+TEST(a_gap_between_bounds_is_spread_over_nothing_else)
+{
+    double m[DRIFT_WAYS];
+    start(2, 0);
+    CHECK(bound(2000, 0.1) && bound(2050, 0.1) && bound(3050, 0.1) && bound(3100, 0.1));
+    drift_log_gone(&unseen, 2400 * MS, 2800 * MS, m);
+    CHECK_NEAR(m[DRIFT_LEVEL], 0.4 * 2, 1e-9, 0);
+    CHECK_NEAR(m[DRIFT_VERTICAL], 0.4 * 2, 1e-9, 0);
+    drift_log_gone(&unseen, 2050 * MS, 2350 * MS, m);
+    CHECK_NEAR(m[DRIFT_LEVEL], 0.3 * 0.1, 1e-9, 0);
+}
+
 int main(void)
 {
     seed = test_seed();
@@ -188,6 +201,7 @@ int main(void)
     RUN(a_bound_comes_and_holds_for_its_time);
     RUN(between_two_times_it_went_as_far_as_bounds_say);
     RUN(what_is_slow_may_speed_up_whatever_is_fast);
+    RUN(a_gap_between_bounds_is_spread_over_nothing_else);
     RUN(it_never_says_less);
     RUN(what_is_older_than_the_bounds_went_as_fast_as_ever);
     return test_end();
