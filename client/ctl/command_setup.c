@@ -428,6 +428,16 @@ static void judge_mount(const struct setup *s)
             m[0], m[1], m[2], ceil(radius_m * 1e3) / 1e3, half_m);
 }
 
+/* How far the promise has to reach is known of a Ping360's beam alone. */
+static void judge_near(const struct setup *s)
+{
+    if (s->promises_near && !is_ping360(s))
+        fprintf(stderr,
+                "sonarctl setup: warning: --near is for a Ping360 and was left out for %s: set near in [vehicle] "
+                "yourself, see sonard.conf(5)\n",
+                s->device);
+}
+
 /* To be known before all is answered: does the file to write exist already? */
 static bool output_exists(const struct setup *s)
 {
@@ -496,6 +506,7 @@ int command_setup(struct context *context)
         return EXIT_UNKNOWN;
     ask_all(&s);
     judge_mount(&s);
+    judge_near(&s);
     if (s.ended) {
         fprintf(stderr, "\nsonarctl setup: the input ended before the last answer: nothing is written\n");
         return EXIT_OUTPUT;

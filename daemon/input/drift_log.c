@@ -105,8 +105,8 @@ void drift_log_withdraw(struct drift_log *log, uint64_t now_ns, const double m[D
     restart(log, now_ns, m);
 }
 
-/* Where the newest mark's bound ended before t_ns: what came then, as fast as the configuration says, is not spread over
- * the time that it covered, nor does that make the rest any slower. */
+/* Where the newest mark's bound ended before t_ns: what came then, as fast as the configuration says, is not spread
+ * over the time that it covered, nor does that make the rest any slower. */
 static void put_end(struct drift_log *log, uint64_t t_ns, const double mps[DRIFT_WAYS])
 {
     const uint64_t from_ns = log->set.from_pose ? later(newest(log)->t_ns, log->t_first_ns) : newest(log)->t_ns;

@@ -3,9 +3,9 @@
  * decide - what a record says of a tile: all the water in a cone of directions from where the vehicle is now, between
  * two ranges, larger by all that is uncertain. The one place where a record's water is judged.
  *
- * Free is what lies in the image wholly, nearer than the range of every cell that it may touch; of a head that drifts, in
- * the images of rows that follow each other. Ended is what may touch a cell at or beyond its echo. Of anything else the
- * record says nothing. What is uncertain makes free water smaller and ended water larger, by the same margin.
+ * Free is what lies in the image wholly, nearer than the range of every cell that it may touch; of a head that drifts,
+ * in the images of rows that follow each other. Ended is what may touch a cell at or beyond its echo. Of anything else
+ * the record says nothing. What is uncertain makes free water smaller and ended water larger, by the same margin.
  *
  * Ranges are divided at multiples of WATER_GRID_M alone, the roundest first. So the answer about a stretch is never
  * worse than that about a longer one: clear to d is clear to every shorter distance.

@@ -56,6 +56,8 @@ def options(bench):
     check("range = 10 m" in done.stdout and "step = 1.8 deg" in done.stdout, done.stdout)
     done = setup(bench, "--device", "ping360", "--port", "serial:/dev/ttyUSB0:115200", "--mount", "0,0,-0.4", "--output", "-")
     check("\n#near = 5.8 m\n" in done.stdout, done.stdout)
+    done = setup(bench, "--device", "micron", "--port", "udp:192.168.2.2:9092", "--near", "--output", "-")
+    check("near" not in done.stdout and "--near is for a Ping360 and was left out for micron" in done.stderr, done.stdout + done.stderr)
     done = setup(bench, "--device", "ping360", "--port", "serial:/dev/ttyUSB0:115200", "--mount", "0,0,-0.4", "--near", "--output", "-")
     check("\nnear = 5.8 m\n" in done.stdout and "# A promise: that nothing" in done.stdout, done.stdout)
     promised = bench.write("near.conf", done.stdout.replace("#near", "near"))

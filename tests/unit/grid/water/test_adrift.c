@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * test_adrift - the rows of a head on a vehicle that drifts, unseen but for a bound: what several of them free together,
- * against small things that stand still in the water.
+ * test_adrift - the rows of a head on a vehicle that drifts, unseen but for a bound: what several of them free
+ * together, against small things that stand still in the water.
  */
 #include "tests/lib/ask_free.h"
 #include "tests/lib/test.h"
