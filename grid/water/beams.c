@@ -4,8 +4,6 @@
 #include <math.h>
 #include <string.h>
 
-#define WIDEST_RAD (80 * GEO_PI / 180)
-
 void beams_begin(struct water_record *record, const struct echoes *e, const struct mount *mount)
 {
     const struct pose *pose = &e->pose;
@@ -46,9 +44,9 @@ static bool was_deaf(const struct beams_deaf *deaf, const struct echoes *e, uint
 }
 
 /* Beams to the left have azimuths below a turn as well as below 0. */
-static double azimuth_of(const struct beam_echoes *h)
+double beams_az_rad(const struct beam_echoes *beam)
 {
-    return geo_wrap_pi((double)h->az_rad);
+    return geo_wrap_pi((double)beam->az_rad);
 }
 
 /* Of a ping whose place or bearings are known no better than this, an echo may be nearly anywhere: what older pings
@@ -70,7 +68,7 @@ static bool is_own(const struct beam_echoes *h)
  * vehicle's own does not block, so the water behind it must not stay free, however loose the ping. */
 static struct row_beam beam_of(const struct beam_echoes *h, bool deaf_before, bool loose)
 {
-    struct row_beam b = {.az_rad = azimuth_of(h),
+    struct row_beam b = {.az_rad = beams_az_rad(h),
                          .near_m = (double)h->blind_m,
                          .edge_near_m = (double)h->blind_m,
                          .ends_m = INFINITY};
@@ -85,6 +83,11 @@ static struct row_beam beam_of(const struct beam_echoes *h, bool deaf_before, bo
     b.edge_m = h->edge_to_m > h->edge_from_m ? fmin((double)h->edge_to_m, b.side_m) : 0;
     b.edge_near_m = fmax((double)h->edge_from_m, b.near_m);
     return b;
+}
+
+struct row_beam beams_one(const struct echoes *e, const struct beams_deaf *deaf, uint16_t i)
+{
+    return beam_of(&e->beam[i], was_deaf(deaf, e, i), is_loose(&e->pose));
 }
 
 /* In order of azimuth; of two with the same one the worse counts. */
@@ -131,38 +134,35 @@ static void fit(struct beams_row *row, double half_rad)
         row->n--;
 }
 
-static uint16_t end_of(const struct echoes *e, uint16_t first)
+bool beams_are_level(const struct echoes *e)
 {
-    uint16_t end = first;
-    while (end < e->n_beams && e->beam[end].el_rad == e->beam[first].el_rad)
-        end++;
-    return end;
+    for (uint16_t i = 1; i < e->n_beams; i++)
+        if (e->beam[i].el_rad != e->beam[0].el_rad)
+            return false;
+    return true;
 }
 
-bool beams_read(const struct echoes *e, const struct beams_deaf *deaf, uint16_t *next, struct beams_row *out)
+bool beams_read(const struct echoes *e, const struct beams_deaf *deaf, struct beams_row *out)
 {
-    const uint16_t first = *next, end = end_of(e, first);
-    const double el_rad = (double)e->beam[first].el_rad;
+    const uint16_t n = e->n_beams;
+    const double el_rad = (double)e->beam[0].el_rad;
     struct row_shape *shape = &out->shape;
-    *next = end;
     out->n = 0;
-    *shape = (struct row_shape){.half_az_rad = (double)e->az_aperture_rad / 2,
-                                .el_rad = el_rad,
-                                .half_el_rad = fmin((double)e->el_aperture_rad / 2, WIDEST_RAD - fabs(el_rad))};
-    const bool falls = azimuth_of(&e->beam[first]) > azimuth_of(&e->beam[end - 1]);
-    for (uint16_t k = first; k < end; k++) {
-        const uint16_t i = falls ? (uint16_t)(first + end - 1 - k) : k; /* they are sorted at no cost */
-        const struct beam_echoes *h = &e->beam[i];
-        struct row_beam b = beam_of(h, was_deaf(deaf, e, i), is_loose(&e->pose));
-        if (e->n_beams > 1 && fabs(b.az_rad) >= WIDEST_RAD)
-            continue;
-        add_beam(out, &b);
+    *shape =
+        (struct row_shape){.half_az_rad = (double)e->az_aperture_rad / 2,
+                           .el_rad = el_rad,
+                           .half_el_rad = fmin((double)e->el_aperture_rad / 2, BEAMS_WIDEST_RAD - fabs(el_rad))};
+    const bool falls = beams_az_rad(&e->beam[0]) > beams_az_rad(&e->beam[n - 1]);
+    for (uint16_t k = 0; k < n; k++) {
+        const struct row_beam b = beams_one(e, deaf, falls ? (uint16_t)(n - 1 - k) : k); /* sorted at no cost */
+        if (n == 1 || fabs(b.az_rad) < BEAMS_WIDEST_RAD)
+            add_beam(out, &b);
     }
     if (!out->n || !(shape->half_el_rad > 0 && shape->half_az_rad > 0))
         return false;
     fit(out, shape->half_az_rad);
-    shape->from_rad = fmax(out->beam[0].az_rad - shape->half_az_rad, -WIDEST_RAD);
-    shape->to_rad = fmin(out->beam[out->n - 1].az_rad + shape->half_az_rad, WIDEST_RAD);
+    shape->from_rad = fmax(out->beam[0].az_rad - shape->half_az_rad, -BEAMS_WIDEST_RAD);
+    shape->to_rad = fmin(out->beam[out->n - 1].az_rad + shape->half_az_rad, BEAMS_WIDEST_RAD);
     shape->outer_rad[0] = shape->from_rad;
     shape->outer_rad[1] = shape->to_rad;
     return true;

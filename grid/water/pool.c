@@ -5,15 +5,9 @@
 
 #include "row.h"
 
-static size_t whole(size_t bytes)
-{
-    return (bytes + 7) / 8 * 8;
-}
-
 static size_t room_of(uint32_t columns)
 {
-    return whole((columns + 1 + ROW_ROWS + 1) * sizeof(double) +
-                 water_image_cells(columns, ROW_ROWS) * sizeof(struct water_cell));
+    return row_bytes(columns, ROW_ROWS);
 }
 
 static uint32_t slots_of(const struct pool_conf *conf, int sensor)
@@ -132,7 +126,8 @@ static uint32_t oldest_of(const struct pool *p, uint32_t sensor)
 void pool_keep(struct pool *p, const struct water_record *record)
 {
     struct pool_shelf *shelf = &p->shelf[record->sensor];
-    const struct pool_idle *idle = record->image.columns > shelf->columns ? NULL : take_slot(p, shelf);
+    const bool fits = row_bytes(record->image.columns, record->image.rows) <= room_of(shelf->columns);
+    const struct pool_idle *idle = fits ? take_slot(p, shelf) : NULL;
     if (!idle) {
         note_gone(p, record);
         p->left_out++;

@@ -17,7 +17,9 @@
 #define POOL_RECORDS 512 /* ... and of all */
 
 struct pool_conf {
-    uint32_t columns[POOL_SENSORS]; /* of each sensor's images, at most; 0: none of it is kept */
+    uint32_t
+        columns[POOL_SENSORS]; /* of images of ROW_ROWS rows, than which each sensor's are no larger; 0: none of
+                                       it is kept */
     uint32_t
         spare; /* slots of a sensor beside POOL_KEPT, >= 1: for records that are in the list no more, and read */
 };
@@ -54,7 +56,7 @@ size_t pool_bytes(const struct pool_conf *conf);
 void pool_init(struct pool *p, void *memory, const struct pool_conf *conf);
 void pool_clear(struct pool *p);
 
-/** pool_keep - copies a record and its image, of five rows, to its place in time. Where its sensor has POOL_KEPT, or
+/** pool_keep - copies a record and its image to its place in time. Where its sensor has POOL_KEPT, or
  * all have POOL_RECORDS, the oldest one goes. Where no slot is idle, the record is left out. */
 void pool_keep(struct pool *p, const struct water_record *record);
 

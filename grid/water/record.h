@@ -30,6 +30,7 @@ struct water_cell {
 
 struct water_image {
     uint16_t columns, rows;
+    uint8_t parts;  /* so many rows, one above the other, are of one elevation and end at the same echoes */
     uint8_t levels; /* of the pyramid; 0 is the image, the last one a column: rows differ, and stay apart */
     const double *tan_az, *tan_el; /* [columns + 1], [rows + 1]: where they begin and end, growing */
     double near_m;                 /* nearer it is free nowhere */

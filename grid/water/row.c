@@ -19,12 +19,31 @@ static struct water_cell cell_of(double from_m, double to_m, double ends_m)
     return from < to ? (struct water_cell){(uint16_t)from, to, to, ends} : (struct water_cell){0, 0, 0, ends};
 }
 
-/* What a column holds of its beam: all of it, or what lies off its axis to one side. */
-enum part { PART_AXIS, PART_SIDE, PART_EDGE, PART_NOTHING };
+struct water_cell row_cell(const struct row_beam *beam, enum row_part part, double near_m, double ends_m)
+{
+    const double to_m = part == ROW_AXIS   ? beam->axis_m
+                        : part == ROW_SIDE ? beam->side_m
+                        : part == ROW_EDGE ? beam->edge_m
+                                           : 0;
+    return cell_of(near_m, to_m, ends_m);
+}
 
+uint32_t row_columns(uint32_t beams)
+{
+    const uint32_t columns = beams * (ROW_ENDS + 1);
+    return columns < WATER_COLUMNS ? columns : WATER_COLUMNS;
+}
+
+size_t row_bytes(uint32_t columns, uint32_t rows)
+{
+    return (columns + 1 + rows + 1) * sizeof(double) +
+           water_image_cells(columns, rows) * sizeof(struct water_cell);
+}
+
+/* What a column holds of its beam: all of it, or what lies off its axis to one side. */
 struct column {
     const struct row_beam *beam;
-    enum part part;
+    enum row_part part;
     bool beyond; /* it is another beam's own, which alone says what an echo ends there */
 };
 
@@ -57,16 +76,11 @@ static bool is_apart(const struct row_shape *shape, const struct row_beam *a, co
     return a->apart || b->az_rad - a->az_rad > 2 * shape->half_az_rad + ROW_TOUCH_RAD;
 }
 
-static bool is_nested(const struct row_beam *beam)
-{
-    return beam->side_m < beam->axis_m || beam->edge_m < beam->axis_m;
-}
-
 /* The part of a beam that is so far off its axis. */
-static enum part part_at(const struct writing *w, double off_rad)
+static enum row_part part_at(const struct writing *w, double off_rad)
 {
     const double share = off_rad / w->shape->half_az_rad - ROUNDING;
-    return share <= w->share_az[3] ? PART_AXIS : share <= w->share_az[4] ? PART_SIDE : PART_EDGE;
+    return share <= w->share_az[3] ? ROW_AXIS : share <= w->share_az[4] ? ROW_SIDE : ROW_EDGE;
 }
 
 /* What lies between two axes is at most so far from the nearer one, as a share of half the width; 1: a beam has none
@@ -103,14 +117,14 @@ static void set_shares(struct writing *w, double seam)
  * the worst of it for all. */
 static void add_beam(struct writing *w, const struct row_beam *beam, bool beyond, double to_rad)
 {
-    static const enum part part[] = {PART_EDGE, PART_SIDE, PART_AXIS, PART_SIDE, PART_EDGE};
+    static const enum row_part part[] = {ROW_EDGE, ROW_SIDE, ROW_AXIS, ROW_SIDE, ROW_EDGE};
     const double az = beam->az_rad, half = w->shape->half_az_rad;
     if (!w->nested) {
-        add_column(w, &(struct column){beam, PART_AXIS, beyond}, to_rad);
+        add_column(w, &(struct column){beam, ROW_AXIS, beyond}, to_rad);
         return;
     }
     if (w->coarse) {
-        const enum part worst = part_at(w, fmax(az - w->end_rad, to_rad - az));
+        const enum row_part worst = part_at(w, fmax(az - w->end_rad, to_rad - az));
         add_column(w, &(struct column){beam, worst, beyond}, to_rad);
         return;
     }
@@ -131,34 +145,24 @@ static void add_beams(struct writing *w, const struct row_beam *beam, size_t n)
         const double to_rad = gap ? fmin(beam[i].az_rad + shape->half_az_rad, middle - ROW_TOUCH_RAD / 2) : middle;
         add_beam(w, &beam[i], false, to_rad);
         if (gap)
-            add_column(w, &(struct column){&beam[i], PART_NOTHING, false},
+            add_column(w, &(struct column){&beam[i], ROW_NOTHING, false},
                        fmax(beam[i + 1].az_rad - shape->half_az_rad, middle + ROW_TOUCH_RAD / 2));
     }
     add_beam(w, &beam[n - 1], true, shape->outer_rad[1]);
 }
 
-/* From where to where the beam is free in a part of it. */
-static struct water_cell cell_in(const struct writing *w, const struct row_beam *beam, enum part part,
-                                 double join_m, double ends_m)
-{
-    const double to_m = part == PART_AXIS   ? beam->axis_m
-                        : part == PART_SIDE ? beam->side_m
-                        : part == PART_EDGE ? beam->edge_m
-                                            : 0;
-    const double near_m = part == PART_EDGE && w->nested ? beam->edge_near_m : beam->near_m;
-    return cell_of(fmax(near_m, join_m), to_m, ends_m);
-}
-
 /* A cell is as far off the axis as its column or its row, whichever is farther. */
 static void write_cells(const struct writing *w)
 {
-    static const enum part part_of_row[ROW_ROWS] = {PART_EDGE, PART_SIDE, PART_AXIS, PART_SIDE, PART_EDGE};
+    static const enum row_part part_of_row[ROW_ROWS] = {ROW_EDGE, ROW_SIDE, ROW_AXIS, ROW_SIDE, ROW_EDGE};
     for (uint32_t i = 0; i < w->columns; i++) {
         const struct column *c = &w->column[i];
-        const double ends_m = c->beyond || c->part == PART_NOTHING ? INFINITY : c->beam->ends_m;
+        const double ends_m = c->beyond || c->part == ROW_NOTHING ? INFINITY : c->beam->ends_m;
         for (uint32_t row = 0; row < ROW_ROWS; row++) {
-            const enum part part = c->part > part_of_row[row] ? c->part : part_of_row[row];
-            w->room->cell[row * w->columns + i] = cell_in(w, c->beam, part, w->shape->join_m[row], ends_m);
+            const enum row_part part = c->part > part_of_row[row] ? c->part : part_of_row[row];
+            const double near_m = part == ROW_EDGE && w->nested ? c->beam->edge_near_m : c->beam->near_m;
+            w->room->cell[row * w->columns + i] =
+                row_cell(c->beam, part, fmax(near_m, w->shape->join_m[row]), ends_m);
         }
     }
 }
@@ -176,7 +180,7 @@ void row_write(struct water_record *record, struct row_room *room, const struct 
 {
     struct writing w = {.shape = shape, .room = room};
     for (size_t i = 0; i < n; i++)
-        w.nested = w.nested || is_nested(&beam[i]);
+        w.nested = w.nested || row_is_nested(&beam[i]);
     set_shares(&w, seam_share(shape, beam, n));
     w.coarse = n * (ROW_ROWS + 1) + ROW_ENDS > WATER_COLUMNS;
     add_beams(&w, beam, n);
@@ -188,6 +192,7 @@ void row_write(struct water_record *record, struct row_room *room, const struct 
         room->tan_el[row] = tan(shape->el_rad + w.share_el[row] * shape->half_el_rad);
     record->image = (struct water_image){.columns = (uint16_t)w.columns,
                                          .rows = ROW_ROWS,
+                                         .parts = ROW_ROWS,
                                          .tan_az = room->tan_az,
                                          .tan_el = room->tan_el,
                                          .near_m = nearest_m(beam, n)};

@@ -11,6 +11,7 @@
 
 #define ROW_TOUCH_RAD 1e-3 /* beams that are no farther apart touch: their bearings are rounded */
 #define ROW_ROWS      5    /* of the image: edge, side, axis, side, edge */
+#define ROW_ENDS_MOST 1024 /* of columns or rows that a ping's image has, be it a row or a matrix (matrix.h) */
 
 /* Of a beam: so far is the water free on its axis, at its side and at its edge (struct beam_echoes); <= 0:
  * nothing is. */
@@ -36,11 +37,29 @@ struct row_shape {
 
 /* Room for a row; the record's image points into it. */
 struct row_room {
-    double tan_az[WATER_COLUMNS + 1], tan_el[ROW_ROWS + 1];
+    double tan_az[ROW_ENDS_MOST], tan_el[ROW_ENDS_MOST];
     struct water_cell cell[WATER_COLUMNS * 11];
 };
 
 #define ROW_ENDS 5 /* columns of a beam that has no neighbour on either side */
+
+/* How far off its axis a part of a beam's opening is, at the most. */
+enum row_part { ROW_AXIS, ROW_SIDE, ROW_EDGE, ROW_NOTHING };
+
+/** row_is_nested - does it detect less off its axis? */
+static inline bool row_is_nested(const struct row_beam *beam)
+{
+    return beam->side_m < beam->axis_m || beam->edge_m < beam->axis_m;
+}
+
+/** row_cell - where the beam is free in a part of it, not nearer than near_m, and ends what is older. */
+struct water_cell row_cell(const struct row_beam *beam, enum row_part part, double near_m, double ends_m);
+
+/** row_columns - at most, of so many beams that touch no other. */
+uint32_t row_columns(uint32_t beams);
+
+/** row_bytes - of an image so large: its ends, and its cells with their pyramid. A multiple of 8. */
+size_t row_bytes(uint32_t columns, uint32_t rows);
 
 /**
  * row_write - the image of n beams whose azimuths grow. Between two that are farther apart than they are wide nothing

@@ -8,18 +8,11 @@
 
 _Static_assert(POOL_RECORDS <= ASK_RECORDS, "a question takes all records");
 
-/* Columns of a row of so many beams that touch no other. */
-static uint32_t columns_of(uint32_t beams)
-{
-    const uint32_t columns = beams * (ROW_ENDS + 1);
-    return columns < WATER_COLUMNS ? columns : WATER_COLUMNS;
-}
-
 static struct pool_conf pool_of_conf(const struct store_conf *conf)
 {
     struct pool_conf pool = {.spare = conf->spare};
     for (int i = 0; i < STORE_SENSORS; i++)
-        pool.columns[i] = columns_of(conf->beams[i] == 1 ? SWEEP_BEAMS : conf->beams[i]);
+        pool.columns[i] = row_columns(conf->beams[i] == 1 ? SWEEP_BEAMS : conf->beams[i]);
     return pool;
 }
 
@@ -154,8 +147,7 @@ static void enter_head(struct store *s, const struct echoes *e, const struct wat
 {
     struct store_sensor *sensor = &s->sensor[e->sensor];
     struct water_record record;
-    uint16_t next = 0;
-    if (!beams_read(e, &sensor->deaf, &next, &s->row))
+    if (!beams_read(e, &sensor->deaf, &s->row))
         return;
     const bool joined = sweep_add(&sensor->sweep, at, &s->row);
     sweep_write(&sensor->sweep, &record, &s->room);
@@ -167,20 +159,16 @@ static void enter_head(struct store *s, const struct echoes *e, const struct wat
         keep_thinned(s, &record);
 }
 
-static void enter_fan(struct store *s, const struct echoes *e, const struct water_record *at)
+/* All beams in one image, however high they look. */
+static void enter_fan(struct store *s, const struct echoes *e, struct water_record *record)
 {
     const struct beams_deaf *deaf = &s->sensor[e->sensor].deaf;
-    uint16_t next = 0;
-    for (int rows = 0; rows < STORE_ROWS && next < e->n_beams; rows++) {
-        struct water_record record = *at;
-        if (!beams_read(e, deaf, &next, &s->row))
-            continue;
-        row_write(&record, &s->room, &s->row.shape, s->row.beam, s->row.n);
-        if (rows == 0 && next == e->n_beams)
-            keep_thinned(s, &record);
-        else
-            pool_keep(&s->pool, &record);
-    }
+    const bool level = beams_are_level(e);
+    if (!(level ? beams_read(e, deaf, &s->row) : matrix_write(e, deaf, &s->matrix, record, &s->room)))
+        return;
+    if (level)
+        row_write(record, &s->room, &s->row.shape, s->row.beam, s->row.n);
+    keep_thinned(s, record);
 }
 
 void store_enter(struct store *s, const struct echoes *e, const struct mount *mount)

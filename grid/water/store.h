@@ -5,19 +5,19 @@
  * it lies: poses jump, are withdrawn, or have no attitude while the vehicle may turn. Fixed memory; one thread owns it,
  * and publishes lists of its records, which others read where they lie (pool.h).
  *
- * A ping of several beams is a row of columns for each elevation that it has, up to STORE_ROWS of them; of such whose
- * neighbours say the same only some are kept. A head's ping is the end of a row of its last beams (sweep.h).
+ * A ping of several beams is a row, or a matrix if they have several elevations; of such whose neighbours say the same
+ * only some are kept. A head's ping is the end of a row of its last beams (sweep.h).
  */
 #ifndef SONARD_WATER_STORE_H
 #define SONARD_WATER_STORE_H
 
 #include "ask.h"
 #include "beams.h"
+#include "matrix.h"
 #include "pool.h"
 #include "sweep.h"
 
 #define STORE_SENSORS POOL_SENSORS /* pings of others are left out */
-#define STORE_ROWS    4
 
 struct store_sensor {
     struct beams_deaf deaf;
@@ -33,6 +33,7 @@ struct store {
     uint64_t discontinuities, withdrawn;
     struct store_sensor sensor[STORE_SENSORS];
     struct beams_row row; /* scratch, as are these */
+    struct matrix matrix;
     struct row_room room, joined;
 };
 

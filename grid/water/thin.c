@@ -29,7 +29,9 @@ static bool is_near(const struct water_record *a, const struct water_record *b)
 static bool is_alike(const struct water_image *a, const struct water_image *b)
 {
     return a->columns == b->columns && a->rows == b->rows && fabs(a->tan_az[0] - b->tan_az[0]) <= ALIKE_TAN &&
-           fabs(a->tan_az[a->columns] - b->tan_az[b->columns]) <= ALIKE_TAN;
+           fabs(a->tan_az[a->columns] - b->tan_az[b->columns]) <= ALIKE_TAN &&
+           fabs(a->tan_el[0] - b->tan_el[0]) <= ALIKE_TAN &&
+           fabs(a->tan_el[a->rows] - b->tan_el[b->rows]) <= ALIKE_TAN;
 }
 
 /* A place where a record's water ends. */
@@ -38,6 +40,17 @@ struct place {
     int row;
 };
 
+static bool shows_end_in(const struct water_image *image, int row, int column, double range_m)
+{
+    for (int i = column > 0 ? column - 1 : 0; i <= column + 1 && i < image->columns; i++) {
+        const struct water_cell cell = image->cell[row * image->columns + i];
+        if (cell.ends != WATER_NO_END && cell.ends * WATER_UNIT_M <= range_m + ALIKE_M)
+            return true;
+    }
+    return false;
+}
+
+/* All rows of one elevation end at the same echoes. */
 static bool shows_end(const struct water_record *r, const struct place *p)
 {
     const struct water_image *image = &r->image;
@@ -47,11 +60,13 @@ static bool shows_end(const struct water_record *r, const struct place *p)
     if (ahead <= 0)
         return range_m <= NEAR_M; /* the sensor is all but there */
     const int column = water_image_find(image->tan_az, image->columns, right / ahead);
-    for (int i = column > 0 ? column - 1 : 0; i <= column + 1 && i < image->columns; i++) {
-        const struct water_cell cell = image->cell[p->row * image->columns + i];
-        if (cell.ends != WATER_NO_END && cell.ends * WATER_UNIT_M <= range_m + ALIKE_M)
+    if (image->parts == image->rows)
+        return shows_end_in(image, p->row, column, range_m);
+    const double tan_el = -geo_dot(to, r->axis[2]) / hypot(ahead, right);
+    const int row = water_image_find(image->tan_el, image->rows, tan_el);
+    for (int y = row > 0 ? row - 1 : 0; y <= row + 1 && y < image->rows; y++)
+        if (shows_end_in(image, y, column, range_m))
             return true;
-    }
     return false;
 }
 
@@ -69,21 +84,29 @@ static struct place end_of(const struct water_record *r, int row, int column)
     return p;
 }
 
-/* All rows end at the same echoes: the axis' stands for them. */
-bool thin_spares(const struct water_record *before, const struct water_record *middle,
-                 const struct water_record *newest)
+static bool spares_row(const struct water_record *before, const struct water_record *middle,
+                       const struct water_record *newest, int row)
 {
-    const int row = middle->image.rows / 2;
-    if (!is_near(before, newest) || !is_near(before, middle) || !is_alike(&before->image, &middle->image) ||
-        !is_alike(&middle->image, &newest->image))
-        return false;
-    for (int i = 0; middle->echoes && i < middle->image.columns; i++) {
+    for (int i = 0; i < middle->image.columns; i++) {
         if (middle->image.cell[row * middle->image.columns + i].ends == WATER_NO_END)
             continue;
         const struct place end = end_of(middle, row, i);
         if (!shows_end(before, &end) || !shows_end(newest, &end))
             return false;
     }
+    return true;
+}
+
+bool thin_spares(const struct water_record *before, const struct water_record *middle,
+                 const struct water_record *newest)
+{
+    const struct water_image *image = &middle->image;
+    if (!is_near(before, newest) || !is_near(before, middle) || !is_alike(&before->image, image) ||
+        !is_alike(image, &newest->image))
+        return false;
+    for (int row = image->parts / 2; middle->echoes && row < image->rows; row += image->parts)
+        if (!spares_row(before, middle, newest, row))
+            return false;
     return true;
 }
 

@@ -649,17 +649,62 @@ TEST(beams_to_the_left_are_as_good_as_those_to_the_right)
     CHECK(free_at(33, 0) <= START_M && free_at(-33, 0) <= START_M);
 }
 
-TEST(beams_at_other_elevations_are_rows_of_their_own)
+/* A matrix of 8 columns and rows that overlap, free to 10 m. */
+static void begin_matrix(void)
 {
-    begin(10, 4);
-    for (int i = 0; i < 10; i++) {
-        beam[i].az_rad = (float)geo_rad(4 * (i % 5) - 8);
-        beam[i].el_rad = (float)geo_rad(i < 5 ? 0 : 20);
+    begin(MOST, 3);
+    ping.az_aperture_rad = (float)geo_rad(4);
+    ping.el_aperture_rad = (float)geo_rad(6);
+    for (int i = 0; i < MOST; i++) {
+        beam[i].az_rad = (float)geo_rad(3 * (i % 8) - 10.5);
+        beam[i].el_rad = (float)geo_rad(5 * (double)(i / 8) - 17.5);
     }
+}
+
+static double wide_free_at(double az_deg, double el_deg, double half_deg)
+{
+    static struct water_view view[ASK_RECORDS];
+    struct ask_question q = {.half_rad = geo_rad(half_deg), .near_m = START_M, .to_m = 12};
+    geo_direction(geo_rad(az_deg), geo_rad(el_deg), q.axis);
+    return ask_free(view, look(view), &q).free_to_m;
+}
+
+TEST(what_lies_across_the_beams_of_a_matrix_is_free_by_all_of_them)
+{
+    begin_matrix();
     send();
+    CHECK_INT(store->pool.n, 1);
+    CHECK_NEAR(wide_free_at(0, 0, 8), 10, 0, 0.26);
+    beam[27].n = 1; /* 4th from below and from the left */
+    beam[27].free_to_m = 6;
+    send();
+    CHECK_NEAR(wide_free_at(0, 0, 8), 6, 0, 0.26);
+    CHECK_NEAR(free_at(-1.5, -2.5), 6, 0, 0.13);
+    CHECK_NEAR(free_at(-1.5, 2.5), 10, 0, 0.13);
+}
+
+TEST(a_still_matrix_is_thinned_and_what_any_row_shows_is_kept)
+{
+    begin_matrix();
+    for (int i = 0; i < 20; i++)
+        send();
     CHECK_INT(store->pool.n, 2);
-    CHECK_NEAR(free_at(0, 30), 10, 0, 0.13);
-    CHECK_NEAR(free_at(0, -10), 10, 0, 0.13);
+    for (int row = 0; row < 8; row++) {
+        begin_matrix();
+        for (int i = 0; i < 5; i++)
+            send();
+        beam[8 * row].n = 1;
+        beam[8 * row].free_to_m = 6;
+        send();
+        beam[8 * row].n = 0;
+        beam[8 * row].free_to_m = 10;
+        for (int i = 0; i < 20; i++) {
+            pose.position_m[1] = i % 2 * 0.1; /* not from one place, nor far from it */
+            send();
+        }
+        CHECK(shows_echo());
+        CHECK(store->pool.n <= 6);
+    }
 }
 
 /* Sensor 0 sees water once, ahead; sensor 1 is a fan that moves too fast to be thinned, and sees a thing there at
@@ -761,7 +806,8 @@ int main(void)
     RUN(what_a_beam_alone_frees_no_other_takes_away);
     RUN(what_is_wider_than_a_row_is_cut);
     RUN(beams_to_the_left_are_as_good_as_those_to_the_right);
-    RUN(beams_at_other_elevations_are_rows_of_their_own);
+    RUN(what_lies_across_the_beams_of_a_matrix_is_free_by_all_of_them);
+    RUN(a_still_matrix_is_thinned_and_what_any_row_shows_is_kept);
     RUN(a_sonar_pushes_no_record_of_another_out);
     RUN(what_goes_for_want_of_room_brings_no_older_water_back);
     RUN(what_another_sonar_saw_meanwhile_ends_older_beams_of_a_row);

@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * matrix - the image of a ping whose beams have several elevations: one for all of them, so that what lies across two
+ * rows of beams is free by both. Rows that lack some beams, or whose beams stand between those of others, are told no
+ * farther than their beams reach.
+ */
+#ifndef SONARD_WATER_MATRIX_H
+#define SONARD_WATER_MATRIX_H
+
+#include "beams.h"
+
+/* Directions of beams along one angle, growing, and the parts of the image along it. */
+struct matrix_line {
+    double beam_rad[BEAMS_MAX];
+    int beams;
+    double end_rad[2 * BEAMS_MAX]; /* of parts: [parts + 1] */
+    int parts;
+    uint16_t part_of[BEAMS_MAX]; /* the part that is the own one of beams in that direction */
+};
+
+struct matrix {
+    struct matrix_line az, el;
+};
+
+/**
+ * matrix_write - all beams of a ping within 80 degrees, in the worst of the part that is a beam's own: halfway to its
+ * neighbours on all sides, or up to its edge where those leave a gap; in gaps nothing is said. Of two in one direction
+ * the worse counts. The image is as large as that of a row of as many beams at most (row_room_bytes): beams whose
+ * directions would make it larger are left out. False: nothing is left. *m is scratch. O(beams log beams) where their
+ * directions make a grid, O(beams^2) at the worst.
+ */
+bool matrix_write(const struct echoes *e, const struct beams_deaf *deaf, struct matrix *m,
+                  struct water_record *record, struct row_room *room);
+
+#endif
