@@ -46,7 +46,7 @@ static uint32_t parts_of(int beams)
 static void add_direction(struct matrix *m, double az_rad, double el_rad, size_t bytes)
 {
     const bool az = !has(&m->az, az_rad), el = !has(&m->el, el_rad);
-    if (row_bytes(parts_of(m->az.beams + az), parts_of(m->el.beams + el)) > bytes)
+    if ((!az && !el) || row_bytes(parts_of(m->az.beams + az), parts_of(m->el.beams + el)) > bytes)
         return;
     if (az)
         insert(&m->az, az_rad);
