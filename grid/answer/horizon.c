@@ -129,22 +129,23 @@ bool horizon_take(struct horizon *h, const struct ask *ask, const struct horizon
     return is_open(h);
 }
 
-/* Did anybody ever look there? */
-static bool is_seen(const struct horizon *h, uint32_t part, const struct water_view *all, int n)
+/* Has anybody looked there, no farther aside than half of what two of a sonar's beams leave out? */
+static bool is_seen(const struct horizon *h, double az_rad, const struct water_view *all, int n)
 {
-    const struct water_tile tile = {{cos(middle_rad(part)), sin(middle_rad(part)), 0}, PART_RAD / 2};
+    const double v[3] = {cos(az_rad), sin(az_rad), 0};
     for (int i = 0; i < n; i++)
-        if (water_covers(&all[i], &tile, h->near_m))
+        if (water_shows(&all[i], v, h->near_m, h->promise.frame->looks.gap_rad / 2))
             return true;
     return false;
 }
 
-/* Has anybody beside it looked, no farther than two of a sonar's beams lie apart? */
-static bool is_between(const struct horizon *h, uint32_t part, const struct water_view *all, int n)
+#define RAYS 4 /* of a part, a third of a degree apart: a lost ping leaves out more */
+
+/* Does a part have some water that nobody has ever looked at? */
+static bool is_blank(const struct horizon *h, uint32_t part, const struct water_view *all, int n)
 {
-    const double most = fmin(ceil(h->promise.frame->looks.gap_rad / PART_RAD), ASK_LEVEL / 2);
-    for (uint32_t k = 1; k <= (uint32_t)most; k++)
-        if (is_seen(h, (part + k) % ASK_LEVEL, all, n) || is_seen(h, (part + ASK_LEVEL - k) % ASK_LEVEL, all, n))
+    for (int i = 0; i < RAYS; i++)
+        if (!is_seen(h, (part + (i + 0.5) / RAYS) * PART_RAD, all, n))
             return true;
     return false;
 }
@@ -203,8 +204,7 @@ void horizon_end(struct horizon *h, const struct water_view *view, int n, const 
             take_edge(h, i);
         if (!h->drifts && !look->goes_on && promise_heeds(&h->promise, grid_rad(h, k), h->near_m)) {
             look->goes_on = look->sure_m == 0 && begins_late(h, k, view, n);
-            look->blank = !is_seen(h, k, all, n_all);
-            look->between = is_between(h, k, all, n_all);
+            look->blank = is_blank(h, k, all, n_all);
         }
         h->level_m[k] = promise_m(&h->promise, grid_rad(h, k), look, h->near_m);
     }

@@ -199,9 +199,9 @@ static double edge_m(const struct promise *p, const struct looked *looked, const
 }
 
 /*
- * Until every head has completed two turns, water that ends before near_m may be the gap of a lost ping; from then on
- * a direction has what an earlier turn showed of it. Of a vehicle that drifts the water must be free, at this moment,
- * where near_m ends: what a beam showed farther out may by now have come nearer, and nothing tells where it is.
+ * What a lost ping would have shown nobody promises, until a later turn has shown it. Of a vehicle that drifts the
+ * water must be free, at this moment, where near_m ends: what a beam showed farther out may by now have come nearer,
+ * and nothing tells where it is.
  */
 static double unshown_m(struct promise *p, const double v[3], const struct promise_look *look, double near_m)
 {
@@ -216,7 +216,7 @@ static double unshown_m(struct promise *p, const double v[3], const struct promi
         return fmin(fmax(look->sure_m, edge_m(p, &looked, look)), left_m);
     if (drifts)
         return left_m;
-    return (look->blank || p->frame->looks.first_turns) && !look->between ? look->sure_m : near_m;
+    return look->blank ? look->sure_m : near_m;
 }
 
 double promise_come_m(const struct promise *p, double az_rad, double half_rad)

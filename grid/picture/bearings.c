@@ -75,6 +75,8 @@ static struct level level_of(const struct beam_echoes *beam, const struct echoes
 
 #define TOUCH_RAD 1e-3 /* beams that are no farther apart point the same way: their bearings are rounded */
 
+#define STEP_MOST 1.5 /* times its least is no step of a head any more: after a lost ping it is twice as long */
+
 /* From the last level beam to this one: the head passed there, or the fan has no beam between. */
 static void join_bearings(struct bearings_sensor *sensor, double az_rad)
 {
@@ -92,13 +94,12 @@ static bool is_deaf(const struct beam_echoes *beam)
 
 /*
  * What a head has passed on its way from the last beam to this one: the parts of both and those between, if the way was
- * a step. A step is less than one and a half times as long as its least, for after a lost ping it is twice as long. No
- * longer way is one, however often the head makes it: of evenly spaced pings most may have been lost.
+ * a step. No longer way is one, however often the head makes it: of evenly spaced pings most may have been lost.
  */
 static uint64_t passed(const struct bearings_sensor *sensor, double az_rad, bool joins)
 {
     const double last_rad = (double)sensor->last_rad, way_rad = fabs(geo_wrap_pi(az_rad - last_rad));
-    return joins && way_rad < 1.5 * (double)sensor->step_rad ? between(last_rad, az_rad) : part(az_rad);
+    return joins && way_rad < STEP_MOST * (double)sensor->step_rad ? between(last_rad, az_rad) : part(az_rad);
 }
 
 /* A head's beam. A part is deaf where no beam of a pass hears, and where the first of them is not forgiven. */
@@ -258,7 +259,7 @@ void bearings_tell(const struct bearings *b, const uint32_t turn_ms[BEARINGS_SEN
     for (int k = 0; k < BEARINGS_SENSORS; k++) {
         const struct bearings_sensor *sensor = &b->sensor[k];
         const bool turns = sensor->moves && sensor->seen, first_turns = turns && sensor->turns < 3;
-        const double gap_rad = (double)sensor->step_rad - (first_turns ? (double)sensor->wide_rad : 0);
+        const double gap_rad = STEP_MOST * (double)sensor->step_rad - (double)sensor->wide_rad;
         if (sensor->level_rad > 0)
             out->level_rad = out->level_rad > 0 ? fmin(out->level_rad, sensor->level_rad) : sensor->level_rad;
         out->last_ns[k] = sensor->last_ns;

@@ -466,6 +466,27 @@ bool water_covers(const struct water_view *view, const struct water_tile *tile, 
     return touch(&k, &s).any;
 }
 
+/* A gap between beams frees nothing and ends nothing; nor does one deaf beam. */
+bool water_shows(const struct water_view *view, const double v[3], double at_m, double within_rad)
+{
+    const struct water_tile line = {.v = {v[0], v[1], v[2]}};
+    const struct deciding k = begin(view, &line);
+    const struct point at = point_at(&k, at_m);
+    const struct water_image *image = &view->record->image;
+    const struct span el = {at.up / at.level, at.up / at.level};
+    struct water_part part;
+    if (!(at.ahead > 0))
+        return false;
+    const struct span az = wider((struct span){at.right / at.ahead, at.right / at.ahead}, tan(within_rad));
+    if (az.high < image->tan_az[0] || az.low > image->tan_az[image->columns] || el.low < image->tan_el[0] ||
+        el.high > image->tan_el[image->rows])
+        return false;
+    find_part(image->tan_az, image->columns, &az, part.column);
+    find_part(image->tan_el, image->rows, &el, part.row);
+    const struct water_cell cell = water_image_of(image, &part);
+    return cell.most > 0 || cell.ends != WATER_NO_END;
+}
+
 void water_decide(const struct water_view *view, const struct water_tile *tile, double from_m, double to_m,
                   struct water_pieces *out)
 {

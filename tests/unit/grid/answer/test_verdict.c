@@ -4,6 +4,7 @@
  * shorter distance, `near` holds where a beam has looked, and each reason is told where it is the reason.
  */
 #include "grid/answer/verdict.h"
+#include "grid/ping.h"
 #include "tests/lib/looks_rig.h"
 
 #define TICK  (SECOND / 10)
@@ -415,6 +416,60 @@ TEST(near_is_no_leave_to_go_where_a_sonar_has_not_looked)
     CHECK(way(&small, 0, 2, 3)->known_m < 0.1);
 }
 
+#define HEAD_STEP_DEG 1.8
+
+/* A turn of a head ahead, whose beams overlap by a fifth of a degree, to the wall of a basin 2 m away; the compass is
+ * 0.3 degrees off, one way and the other. */
+static void turn_head(struct bearings *b, double lost_deg)
+{
+    static const uint32_t turn_ms[BEARINGS_SENSORS];
+    struct picture_frame frame;
+    ping.n_beams = 1;
+    ping.turns = true;
+    ping.az_aperture_rad = (float)geo_rad(2);
+    beam[0] = (struct beam_echoes){.blind_m = 0.75f, .free_to_m = 2, .n = 1, .echo = {{.range_m = 2}}};
+    ping.t_ns = NOW - SECOND;
+    ping.seq += 100; /* it came from behind */
+    for (int k = -50; k <= 50; k++) {
+        beam[0].az_rad = (float)geo_wrap(geo_rad(HEAD_STEP_DEG * k));
+        quat_from_rpy(0, 0, geo_rad(k % 2 ? 0.3 : -0.3), now.pose.attitude);
+        ping.flags = k == -50 ? PING_NEW_TURN : 0;
+        ping.seq++;
+        ping.t_ns += TICK / 20;
+        ping.pose = now.pose;
+        ping.pose.t_ns = ping.t_ns;
+        if (fabs(HEAD_STEP_DEG * k - lost_deg) < 0.1)
+            continue;
+        store_enter(store, &ping, &mount_identity);
+        bearings_enter(b, &ping, &mount_identity);
+    }
+    now.pose = pose_identity;
+    now.pose.has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH;
+    picture_get_frame(&picture, &frame);
+    bearings_tell(b, turn_ms, &frame.looks);
+    picture_begin(&picture);
+    picture_set_frame(&picture, &frame);
+    picture_end(&picture);
+}
+
+/* Also in its first turn, be the bearings of its beams as uncertain as they may; where a ping was lost, another turn
+ * has to show what is there. */
+TEST(near_holds_where_a_head_has_looked)
+{
+    struct bearings b = {0};
+    begin();
+    turn_head(&b, 180);
+    CHECK_NEAR(way(&small, 0, 1.9, 4)->known_m, 1.9, 0, 1e-9);
+    for (double lost_deg = -18; lost_deg < 19; lost_deg += HEAD_STEP_DEG) {
+        begin();
+        b = (struct bearings){0};
+        turn_head(&b, lost_deg);
+        CHECK(way(&small, 0, 1.9, 4)->known_m < 0.1);
+        turn_head(&b, lost_deg + 2 * HEAD_STEP_DEG);
+        CHECK_NEAR(way(&small, 0, 1.9, 4)->known_m, 1.9, 0, 1e-9);
+    }
+}
+
 /* A turn brings new water into the fan's sight, of which it has yet to show what is there. */
 TEST(near_covers_no_water_that_a_turn_brings_into_a_still_beam)
 {
@@ -500,6 +555,7 @@ int main(void)
     RUN(a_body_goes_where_water_is_observed);
     RUN(a_larger_body_goes_no_farther);
     RUN(near_is_no_leave_to_go_where_a_sonar_has_not_looked);
+    RUN(near_holds_where_a_head_has_looked);
     RUN(near_covers_no_water_that_a_turn_brings_into_a_still_beam);
     RUN(near_holds_less_the_drift_for_who_has_sunk);
     RUN(a_body_is_told_why_it_goes_no_farther);
