@@ -29,11 +29,6 @@ double geo_wrap(double a_rad)
     return a >= GEO_TURN ? 0.0 : a + 0.0; /* -1e-17 + 2pi rounds to 2pi; + 0.0 turns -0 into 0 */
 }
 
-double geo_length(const double v[3])
-{
-    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-}
-
 double geo_wrap_pi(double a_rad)
 {
     double a = geo_wrap(a_rad);

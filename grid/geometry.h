@@ -123,7 +123,10 @@ static inline double geo_dot(const double a[3], const double b[3])
 }
 
 /** geo_length - of a vector, in its unit. */
-double geo_length(const double v[3]);
+static inline double geo_length(const double v[3])
+{
+    return sqrt(geo_dot(v, v));
+}
 
 /** geo_wrap_pi - the angle in [-pi, pi). */
 double geo_wrap_pi(double a_rad);

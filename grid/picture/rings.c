@@ -23,7 +23,11 @@ static void finish(struct rings *rings)
         double el = rings->top_rad - (j + 0.5) * rings->height_rad;
         rings->sin_el[j] = sin(el);
         rings->cos_el[j] = cos(el);
+        const double half = rings_width(rings, j) / 2;
+        rings->tan_width[j] = half < GEO_PI / 4 ? tan(half) : 0;
     }
+    for (uint32_t j = 0; j <= rings->n_rings; j++)
+        rings->sin_edge[j] = sin(rings->top_rad - j * rings->height_rad);
 }
 
 bool rings_full(struct rings *rings, double step_rad)
@@ -141,16 +145,6 @@ uint32_t rings_turned(const struct rings *rings, uint32_t direction, double turn
     const uint32_t ring = rings_ring(rings, direction), n = cells_of(rings, ring);
     const double steps = floor(0.5 - geo_wrap(turn_rad) / rings_width(rings, ring)); /* [-n, 0] */
     return rings->start[ring] + (direction - rings->start[ring] + n - (uint32_t)-steps) % n;
-}
-
-double rings_within(const struct rings *rings)
-{
-    double least = rings->height_rad / 2;
-    for (uint32_t j = 0; j < rings->n_rings; j++) {
-        double half = fmin(rings_width(rings, j) / 2, GEO_PI / 2);
-        least = fmin(least, asin(rings->cos_el[j] * sin(half)));
-    }
-    return least;
 }
 
 double rings_reach(const struct rings *rings)

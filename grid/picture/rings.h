@@ -9,6 +9,7 @@
 #ifndef SONARD_RINGS_H
 #define SONARD_RINGS_H
 
+#include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -24,6 +25,8 @@ struct rings {
     double step_rad;               /* wanted width of a cell; the real one is at most this at the equator */
     uint32_t start[RINGS_MAX + 1]; /* first direction of each ring */
     double sin_el[RINGS_MAX], cos_el[RINGS_MAX]; /* of the middles of each ring's cells */
+    double sin_edge[RINGS_MAX + 1];              /* of the elevations where rings end */
+    double tan_width[RINGS_MAX];                 /* of half the width of a cell; 0: a quarter turn and more */
 };
 
 /** rings_full - the whole sphere in ceil(pi / step) rings; step in [0.25 deg, 90 deg]. False when out of range. */
@@ -44,6 +47,17 @@ uint32_t rings_index(const struct rings *rings, double az_rad, double el_rad);
  */
 uint32_t rings_holding(const struct rings *rings, const double v[3]);
 
+/** rings_keeps - v, so long, is surely in that cell of the ring, in whose middle u lies: at a third of the cost of
+ * rings_holding, but false for what all but lies on an edge. */
+static inline bool rings_keeps(const struct rings *rings, uint32_t ring, const double u[3], const double v[3],
+                               double length)
+{
+    const double *edge = rings->sin_edge + ring, margin = 1e-9 * length;
+    const double along = v[0] * u[0] + v[1] * u[1], across = v[1] * u[0] - v[0] * u[1];
+    return -v[2] < edge[0] * length - margin && -v[2] > edge[1] * length + margin &&
+           fabs(across) < rings->tan_width[ring] * along - margin;
+}
+
 /** rings_centre - azimuth and elevation of the middle of a direction. */
 void rings_centre(const struct rings *rings, uint32_t direction, double *az_rad, double *el_rad);
 
@@ -61,9 +75,6 @@ static inline uint32_t rings_aside(const struct rings *rings, uint32_t ring, uin
 
 /** rings_width - width of the cells of a ring in azimuth. */
 double rings_width(const struct rings *rings, uint32_t ring);
-
-/** rings_within - whatever is at most this far from the middle of a cell is in it, for all cells. */
-double rings_within(const struct rings *rings);
 
 /** rings_reach - the greatest angle between the middle of a cell and a corner of it, of all cells. */
 double rings_reach(const struct rings *rings);

@@ -5,15 +5,28 @@
 
 #define EVICT_LOOK 64 /* cells looked at for the oldest when the pool is full: bounds the work */
 
+static size_t bits_bytes(uint32_t n)
+{
+    return ((size_t)n + 63) / 64 * sizeof(uint64_t);
+}
+
+static void set_bit(uint64_t *bits, uint32_t i, bool set)
+{
+    const uint64_t bit = UINT64_C(1) << i % 64;
+    bits[i / 64] = set ? bits[i / 64] | bit : bits[i / 64] & ~bit;
+}
+
 size_t cells_bytes(uint32_t room, uint32_t directions)
 {
-    return room * sizeof(struct cell) + directions * sizeof(uint32_t);
+    return room * sizeof(struct cell) + bits_bytes(room) + bits_bytes(directions) + directions * sizeof(uint32_t);
 }
 
 void cells_init(struct cells *c, void *memory, uint32_t room, uint32_t directions)
 {
     *c = (struct cells){.cell = memory, .room = room, .directions = directions};
-    c->first = (uint32_t *)(void *)(c->cell + room);
+    c->live = (uint64_t *)(void *)(c->cell + room);
+    c->held = c->live + bits_bytes(room) / sizeof *c->live;
+    c->first = (uint32_t *)(void *)(c->held + bits_bytes(directions) / sizeof *c->held);
     memset(c->cell, 0, room * sizeof *c->cell);
     cells_clear(c);
 }
@@ -24,11 +37,11 @@ void cells_clear(struct cells *c)
         c->cell[i].next = i + 1 < c->room ? i + 1 : CELLS_NONE;
         c->cell[i].state = CELL_FREE;
     }
-    for (uint32_t d = 0; d < c->directions; d++)
-        c->first[d] = CELLS_NONE;
+    memset(c->live, 0, bits_bytes(c->room));
+    cells_unlink_all(c);
     c->free = 0;
     c->gone = CELLS_NONE;
-    c->used = c->hand = 0;
+    c->hand = 0;
 }
 
 static void unlink_cell(struct cells *c, uint32_t i)
@@ -37,12 +50,29 @@ static void unlink_cell(struct cells *c, uint32_t i)
     while (*at != i)
         at = &c->cell[*at].next;
     *at = c->cell[i].next;
+    set_bit(c->held, c->cell[i].direction, c->first[c->cell[i].direction] != CELLS_NONE);
     c->used--;
+}
+
+/* At that link. */
+static void hang_in(struct cells *c, uint32_t i, uint32_t direction, uint32_t *at)
+{
+    c->cell[i].direction = direction & CELLS_DIRECTION;
+    c->cell[i].next = *at;
+    *at = i;
+    set_bit(c->held, direction, true);
+    c->used++;
+}
+
+static void set_state(struct cells *c, uint32_t i, enum cell_state state)
+{
+    set_bit(c->live, i, state == CELL_LIVE);
+    c->cell[i].state = state;
 }
 
 static void set_free(struct cells *c, uint32_t i)
 {
-    c->cell[i].state = CELL_FREE;
+    set_state(c, i, CELL_FREE);
     c->cell[i].next = c->free;
     c->free = i;
 }
@@ -56,7 +86,7 @@ void cells_release(struct cells *c, uint32_t i)
 void cells_lose(struct cells *c, uint32_t i)
 {
     unlink_cell(c, i);
-    c->cell[i].state = CELL_GONE;
+    set_state(c, i, CELL_GONE);
     c->cell[i].next = c->gone;
     c->gone = i;
 }
@@ -119,10 +149,9 @@ uint32_t cells_take(struct cells *c, uint32_t direction, uint16_t layer, uint32_
     }
     uint32_t i = c->free;
     c->free = c->cell[i].next;
-    c->cell[i] = (struct cell){
-        .next = *at, .direction = direction & CELLS_DIRECTION, .state = CELL_LIVE, .layer = layer & LAYERS_MAX};
-    *at = i;
-    c->used++;
+    c->cell[i] = (struct cell){.layer = layer & LAYERS_MAX};
+    set_state(c, i, CELL_LIVE);
+    hang_in(c, i, direction, at);
     return i;
 }
 
@@ -130,6 +159,7 @@ void cells_unlink_all(struct cells *c)
 {
     for (uint32_t d = 0; d < c->directions; d++)
         c->first[d] = CELLS_NONE;
+    memset(c->held, 0, bits_bytes(c->directions));
     c->used = 0;
 }
 
@@ -142,9 +172,6 @@ uint32_t cells_insert(struct cells *c, uint32_t i, uint32_t direction)
         set_free(c, i);
         return there;
     }
-    cell->direction = direction & CELLS_DIRECTION;
-    cell->next = there;
-    *at = i;
-    c->used++;
+    hang_in(c, i, direction, at);
     return i;
 }

@@ -51,6 +51,8 @@ _Static_assert(sizeof(struct cell) == 64, "a cell is one cache line");
 struct cells {
     struct cell *cell; /* [room] */
     uint32_t *first;   /* [directions]: nearest cell of each, or CELLS_NONE */
+    uint64_t *live;    /* a bit for each cell: most of a pool is free most of the time ... */
+    uint64_t *held;    /* ... and for each direction that has some */
     uint32_t room, directions;
     uint32_t used; /* live */
     uint32_t free, gone, hand;
@@ -89,9 +91,23 @@ void cells_forget_gone(struct cells *c, uint32_t sensor);
 void cells_unlink_all(struct cells *c);
 uint32_t cells_insert(struct cells *c, uint32_t i, uint32_t direction);
 
+/** cells_next - the first bit set from i on; n: there is none. */
+static inline uint32_t cells_next(const uint64_t *bits, uint32_t i, uint32_t n)
+{
+    for (; i < n; i = (i | 63) + 1) {
+        const uint64_t word = bits[i / 64] >> i % 64;
+        if (word)
+            return i + (uint32_t)__builtin_ctzll(word);
+    }
+    return n;
+}
+
+#define CELLS_BITS(bits, i, n) for (uint32_t i = cells_next(bits, 0, n); i < (n); i = cells_next(bits, i + 1, n))
+
 /* Visits all live cells, in the pool's order; the one visited may be released or replaced meanwhile. */
-#define CELLS_EACH(c, i)                                                                                          \
-    for (uint32_t i = 0; i < (c)->room; i++)                                                                      \
-        if ((c)->cell[i].state >= CELL_LIVE)
+#define CELLS_EACH(c, i) CELLS_BITS((c)->live, i, (c)->room)
+
+/* Visits all directions that have cells. */
+#define CELLS_DIRECTIONS(c, d) CELLS_BITS((c)->held, d, (c)->directions)
 
 #endif

@@ -126,8 +126,14 @@ static void put_cell(void *context, const struct sphere_cell *cell)
         return;
     c->raised_left -= raised;
     c->today[p->direction] |= HOLDS_MEMBER;
-    c->cell[components_put(&c->components, p->direction, cell->layer,
-                           !cell->pending && cell->logodds > c->blocked_logodds, c->now_ns)] = *cell;
+    const bool seed = !cell->pending && cell->logodds > c->blocked_logodds;
+    uint32_t i = components_put(&c->components, p->direction, cell->layer, seed, c->now_ns);
+    if (i == COMPONENTS_NONE) { /* looks that were dropped have left theirs */
+        components_end(&c->components, c->now_ns);
+        i = components_put(&c->components, p->direction, cell->layer, seed, c->now_ns);
+    }
+    if (i != COMPONENTS_NONE)
+        c->cell[i] = *cell;
 }
 
 static void put_direction(struct putting *p, const struct sphere *s, double mu)

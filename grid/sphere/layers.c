@@ -43,19 +43,9 @@ void layers_init(struct layers *layers, const struct layers_conf *conf, double *
 int32_t layers_index(const struct layers *layers, double r_m)
 {
     const struct layers_conf *c = &layers->conf;
-    const double *edge = layers->edge;
-    if (r_m < edge[0])
-        return LAYERS_BELOW;
-    if (!(r_m < edge[layers->n]))
-        return LAYERS_BEYOND;
     double g1 = c->growth - 1, past = r_m - (c->r_min_m + c->n_const * c->dr_m);
     double guess = (r_m - c->r_min_m) / c->dr_m;
     if (past > 0 && g1 > 0)
         guess = c->n_const + log1p(past * g1 / (c->dr_m * c->growth)) / layers->log_growth;
-    int64_t i = guess < layers->n ? (int64_t)guess : (int64_t)layers->n - 1;
-    while (r_m < edge[i])
-        i--;
-    while (r_m >= edge[i + 1])
-        i++;
-    return (int32_t)i;
+    return layers_from(layers, r_m, guess < layers->n ? (int32_t)guess : (int32_t)layers->n - 1);
 }

@@ -40,4 +40,19 @@ enum { LAYERS_BELOW = -1, LAYERS_BEYOND = -2 };
 /** layers_index - the largest i with edge[i] <= r_m; LAYERS_BELOW, LAYERS_BEYOND (also for NaN) outside. O(1). */
 int32_t layers_index(const struct layers *layers, double r_m);
 
+/** layers_from - the same, walking from layer i of the table: in no time where the range is in it, or beside it. */
+static inline int32_t layers_from(const struct layers *layers, double r_m, int32_t i)
+{
+    const double *edge = layers->edge;
+    if (r_m < edge[0])
+        return LAYERS_BELOW;
+    if (!(r_m < edge[layers->n]))
+        return LAYERS_BEYOND;
+    while (r_m < edge[i])
+        i--;
+    while (r_m >= edge[i + 1])
+        i++;
+    return i;
+}
+
 #endif

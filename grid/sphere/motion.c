@@ -41,27 +41,10 @@ static void merge(const struct sphere *s, struct cell *c, const struct cell *oth
     c->near_m = (float)fmin(range, other_range) - near_m;
 }
 
-/* The cheap test for most of the cells that stay where they are; false for some of them. */
-static bool surely_stays(const struct sphere *s, const struct cell *c, const double v[3], double range)
+/* A layer, or below or beyond all; a direction, or none. */
+static void move_cell(struct sphere *s, uint32_t index, uint32_t d, int32_t layer)
 {
-    const double *edge = s->layers.edge + c->layer, *u = s->axis[c->direction];
-    return range >= edge[0] && range < edge[1] && v[0] * u[0] + v[1] * u[1] + v[2] * u[2] > range * s->within_cos;
-}
-
-static void place_cell(struct sphere *s, uint32_t index, double way_m, uint64_t t_ns)
-{
-    struct cell *cell = &s->cells.cell[index];
-    double v[3], range = state_vector(s, cell, v);
-    loosen(cell, state_way_error_m(s, way_m, cell->t_echo_ns, t_ns));
-    const bool sure = surely_stays(s, cell, v, range);
-    const int32_t layer = sure ? cell->layer : layers_index(&s->layers, range);
-    const uint32_t d = sure ? cell->direction : sphere_holding(s, v);
-    state_mark(s, cell->direction); /* it is seen at another range */
-    if (d == cell->direction && layer == cell->layer) {
-        s->nearest_m = fmin(s->nearest_m, s->layers.edge[layer]);
-        return;
-    }
-    const struct cell old = *cell;
+    const struct cell old = s->cells.cell[index];
     state_release(s, index);
     if (layer < 0 || d == RINGS_NONE)
         return;
@@ -76,6 +59,21 @@ static void place_cell(struct sphere *s, uint32_t index, double way_m, uint64_t 
         c->layer = (uint32_t)layer & LAYERS_MAX;
     }
     state_mark(s, d);
+}
+
+static void place_cell(struct sphere *s, uint32_t index, double way_m, uint64_t t_ns)
+{
+    struct cell *cell = &s->cells.cell[index];
+    double v[3], range = state_vector(s, cell, v);
+    loosen(cell, state_way_error_m(s, way_m, cell->t_echo_ns, t_ns));
+    const int32_t layer = layers_from(&s->layers, range, cell->layer);
+    const bool stays =
+        rings_keeps(&s->rings, s->direction[cell->direction].ring, s->axis[cell->direction], v, range);
+    const uint32_t d = stays ? cell->direction : sphere_holding(s, v);
+    if (d != cell->direction || layer != cell->layer)
+        move_cell(s, index, d, layer);
+    else if (s->layers.edge[layer] < s->nearest_m)
+        s->nearest_m = s->layers.edge[layer];
 }
 
 void motion_reindex(struct sphere *s)
@@ -147,6 +145,8 @@ static void recentre(struct sphere *s, const double position_m[3], uint64_t t_ns
     s->nearest_m = INFINITY;
     CELLS_EACH (&s->cells, i)
         place_cell(s, i, way_m, t_ns);
+    CELLS_DIRECTIONS(&s->cells, d)
+    state_mark(s, d); /* they are seen at another range */
     s->stats.recentred++;
 }
 

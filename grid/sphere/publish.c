@@ -15,8 +15,9 @@ static void publish_direction(struct sphere *s, uint32_t d, uint64_t t_ns)
     for (uint32_t i = s->cells.first[d]; i != CELLS_NONE && n < PICTURE_OBSTACLES; i = s->cells.cell[i].next) {
         const struct cell *c = &s->cells.cell[i];
         double v[3];
-        float range_m = (float)state_vector(s, c, v), near_m = fmaxf(0, range_m - c->near_m);
-        if (c->pending || state_logodds(s, c, t_ns) <= s->picture.blocked_logodds) {
+        const float range_m = (float)state_vector(s, c, v);
+        const float near_m = range_m > c->near_m ? range_m - c->near_m : 0;
+        if (c->pending || !state_blocks(s, c, t_ns)) {
             e.hint_m = e.hint_m > 0 ? e.hint_m : fmaxf(near_m, HINT_LEAST_M);
             continue;
         }

@@ -75,8 +75,9 @@ static void forget_everything(struct sphere *s)
     cells_clear(&s->cells);
     s->nearest_m = INFINITY;
     s->n_dirty = s->rings.n;
-    for (uint32_t d = 0; d < s->rings.n; d++) {
-        s->direction[d] = (struct direction){.dirty = true};
+    for (uint32_t d = 0, ring = 0; d < s->rings.n; d++) {
+        ring += d == s->rings.start[ring + 1];
+        s->direction[d] = (struct direction){.dirty = true, .ring = (uint16_t)ring};
         s->dirty[d] = d;
     }
     memset(s->turn_ms, 0, sizeof s->turn_ms);
@@ -99,7 +100,6 @@ static void place_directions(struct sphere *s, double (*axis)[3])
     }
     s->widest = (s->conf.mask_reach > 0 ? s->conf.mask_reach : 2) / SPREAD_HALF_POWER;
     s->reach_rad = rings_reach(&s->rings);
-    s->within_cos = cos(rings_within(&s->rings) * (1 - 1e-9));
     s->nearer_share = cos(s->reach_rad);
 }
 

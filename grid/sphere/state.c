@@ -4,25 +4,11 @@
 #include <math.h>
 #include <string.h>
 
-void state_mark(struct sphere *s, uint32_t d)
-{
-    if (!s->direction[d].dirty) {
-        s->direction[d].dirty = true;
-        s->dirty[s->n_dirty++] = d;
-    }
-}
-
 double state_logodds(const struct sphere *s, const struct cell *c, uint64_t t_ns)
 {
     if (c->state == CELL_LOCKED || t_ns <= c->t_ref_ns)
         return c->logodds;
     return c->logodds * exp(-(double)(t_ns - c->t_ref_ns) * 1e-9 / s->fade_s);
-}
-
-double state_vector(const struct sphere *s, const struct cell *c, double v[3])
-{
-    state_place(s, c, v);
-    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
 void state_to_grid(const struct sphere *s, const double v[3], double out[3])
@@ -41,12 +27,6 @@ uint32_t state_ms(const struct sphere *s, uint64_t t_ns)
 {
     uint64_t ms = t_ns > s->t_start_ns ? (t_ns - s->t_start_ns) / 1000000 : 0;
     return ms < UINT32_MAX ? (uint32_t)ms : UINT32_MAX;
-}
-
-double state_way_error_m(const struct sphere *s, double way_m, uint64_t then_ns, uint64_t t_ns)
-{
-    const double turned_rad = t_ns > then_ns ? s->heading_radps * (double)(t_ns - then_ns) * 1e-9 : 0;
-    return (POSE_WAY_ERROR + fmin(turned_rad, 2)) * way_m;
 }
 
 void state_release(struct sphere *s, uint32_t i)

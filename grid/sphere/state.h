@@ -21,6 +21,7 @@ struct relaxed;
 struct direction {
     uint64_t t_look_ns; /* of the newest ping with a beam whose opening held the direction's middle; 0: none */
     float to_m;         /* it heard so far */
+    uint16_t ring;      /* that it is in; of no ping */
     bool dirty;         /* on the list of directions to publish */
 };
 
@@ -42,7 +43,6 @@ struct sphere {
     double widest_rad;         /* across any cell */
     double widest;             /* so many half openings from the axis an echo is entered: conf.mask_reach */
     double reach_rad;          /* from the middle of any cell to its farthest corner, at most */
-    double within_cos;         /* cosine of the angle that is surely within a cell, from its middle */
     double nearer_share;       /* a mean of points of a cell is no nearer than its layer times this */
     double (*axis)[3];         /* unit vector of each direction's centre, in NED or the body's axes */
     double axes_cos, axes_sin; /* of frame.axes_rad */
@@ -67,20 +67,41 @@ struct sphere {
 };
 
 /** state_mark - direction d is to be published. */
-void state_mark(struct sphere *s, uint32_t d);
+static inline void state_mark(struct sphere *s, uint32_t d)
+{
+    if (!s->direction[d].dirty) {
+        s->direction[d].dirty = true;
+        s->dirty[s->n_dirty++] = d;
+    }
+}
 
 /** state_logodds - of a cell at t_ns: fading is exponential; none before its last update, and none when locked. */
 double state_logodds(const struct sphere *s, const struct cell *c, uint64_t t_ns);
 
+/** state_blocks - is that more than what blocks? Most are told without the exponential: by fading log-odds lose no more
+ * than their age as a share of the time constant. */
+static inline bool state_blocks(const struct sphere *s, const struct cell *c, uint64_t t_ns)
+{
+    const double blocked = (double)s->picture.blocked_logodds, l = (double)c->logodds;
+    const double age_s = t_ns > c->t_ref_ns ? (double)(t_ns - c->t_ref_ns) * 1e-9 : 0;
+    return l > blocked &&
+           (l * (s->fade_s - age_s) > blocked * s->fade_s * (1 + 1e-9) || state_logodds(s, c, t_ns) > blocked);
+}
+
 /** state_place - from the grid's centre to the cell's point. */
 static inline void state_place(const struct sphere *s, const struct cell *c, double v[3])
 {
-    for (int i = 0; i < 3; i++)
-        v[i] = c->point_m[i] + s->anchor_m[i] - s->frame.centre_m[i];
+    v[0] = (double)c->point_m[0] + s->anchor_m[0] - s->frame.centre_m[0];
+    v[1] = (double)c->point_m[1] + s->anchor_m[1] - s->frame.centre_m[1];
+    v[2] = (double)c->point_m[2] + s->anchor_m[2] - s->frame.centre_m[2];
 }
 
 /** state_vector - the same; its length. */
-double state_vector(const struct sphere *s, const struct cell *c, double v[3]);
+static inline double state_vector(const struct sphere *s, const struct cell *c, double v[3])
+{
+    state_place(s, c, v);
+    return geo_length(v);
+}
 
 /** state_to_grid - v (NED or the body's) in the grid's axes, in which rings and the picture's axis[] are. */
 void state_to_grid(const struct sphere *s, const double v[3], double out[3]);
@@ -90,7 +111,12 @@ uint32_t state_ms(const struct sphere *s, uint64_t t_ns);
 
 /** state_way_error_m - how far the vehicle may be off by after a way: by the error of its scale, and its heading, which
  * has drifted since then_ns. */
-double state_way_error_m(const struct sphere *s, double way_m, uint64_t then_ns, uint64_t t_ns);
+static inline double state_way_error_m(const struct sphere *s, double way_m, uint64_t then_ns, uint64_t t_ns)
+{
+    const bool turns = s->heading_radps > 0 && t_ns > then_ns;
+    const double turned_rad = turns ? s->heading_radps * (double)(t_ns - then_ns) * 1e-9 : 0;
+    return (POSE_WAY_ERROR + (turned_rad < 2 ? turned_rad : 2)) * way_m;
+}
 
 /** state_take - the cell of (direction, layer), made when it does not exist, of another one where there is no room.
  * NULL: there is none at all. */

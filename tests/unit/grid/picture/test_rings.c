@@ -78,6 +78,47 @@ static bool found_alike(const double v[3])
     return rings_holding(&rings, v) == rings_index(&rings, az, el);
 }
 
+/* Of what surely stays in a cell all is in it; of what is in one, all but what lies on its edge. */
+static bool keeps_alike(const double v[3], uint32_t ring)
+{
+    double az, el, u[3];
+    const uint32_t d = rings_holding(&rings, v), cells = rings.start[ring + 1] - rings.start[ring];
+    for (uint32_t k = 0; k < 3; k++) {
+        const uint32_t near = rings.start[ring] + (d - rings.start[ring] + cells + k - 1) % cells;
+        rings_centre(&rings, near, &az, &el);
+        geo_direction(az, el, u);
+        if (rings_keeps(&rings, ring, u, v, geo_length(v)) && d != near)
+            return false;
+    }
+    return true;
+}
+
+TEST(what_surely_stays_in_a_cell_is_in_it_and_that_is_nearly_all)
+{
+    uint64_t seed = test_seed();
+    for (int i = 0; i < 100; i++) {
+        const double step = geo_rad(0.25 + 20 * test_uniform(&seed) * test_uniform(&seed));
+        CHECK(i % 4 ? rings_full(&rings, step) : rings_level(&rings, step, test_uniform(&seed) * GEO_PI / 2));
+        uint32_t kept = 0, in = 0;
+        for (int k = 0; k < 1000; k++) {
+            const uint32_t d = (uint32_t)(test_uniform(&seed) * rings.n), ring = rings_ring(&rings, d);
+            double az, el, u[3], v[3];
+            rings_centre(&rings, d, &az, &el);
+            geo_direction(az, el, u);
+            geo_direction(az + (test_uniform(&seed) - 0.5) * 1.5 * rings_width(&rings, ring),
+                          el + (test_uniform(&seed) - 0.5) * 1.5 * rings.height_rad, v);
+            for (int a = 0; a < 3; a++)
+                v[a] *= 7;
+            const bool keeps = rings_keeps(&rings, ring, u, v, geo_length(v)),
+                       wide = rings_width(&rings, ring) >= GEO_PI / 2;
+            CHECK(!keeps || rings_holding(&rings, v) == d);
+            kept += keeps;
+            in += rings_holding(&rings, v) == d && !wide;
+        }
+        CHECK_INT(kept, in);
+    }
+}
+
 TEST(a_vector_is_in_the_direction_of_its_angles_at_every_edge_too)
 {
     uint64_t seed = test_seed();
@@ -96,6 +137,7 @@ TEST(a_vector_is_in_the_direction_of_its_angles_at_every_edge_too)
             for (int a = 0; a < 3; a++)
                 v[a] *= far_m;
             CHECK(found_alike(v));
+            CHECK(keeps_alike(v, ring));
         }
         static const double axes[][3] = {{1, 0, 0}, {-1, 0, 0}, {-1, -0.0, 0}, {0, 1, 0},  {0, -1, 0},
                                          {0, 0, 1}, {0, 0, -1}, {1, 1, 0},     {-1, 1, 1}, {1e-200, 0, -1}};
@@ -167,6 +209,7 @@ int main(void)
     RUN(poles_and_seam_are_no_special_case);
     RUN(a_level_ring_holds_its_band_only);
     RUN(a_vector_is_in_the_direction_of_its_angles_at_every_edge_too);
+    RUN(what_surely_stays_in_a_cell_is_in_it_and_that_is_nearly_all);
     RUN(the_visitor_meets_every_centre_in_the_cap_once);
     RUN(senseless_steps_are_refused);
     RUN(turned_rings_hold_the_middles_each_in_its_own_direction);

@@ -43,9 +43,17 @@ static void check_all(void)
             before = cells.cell[i].layer;
         }
     }
-    uint32_t visited = 0;
-    CELLS_EACH (&cells, i)
+    uint32_t visited = 0, held = 0;
+    CELLS_EACH (&cells, i) {
+        CHECK(cells.cell[i].state >= CELL_LIVE);
         visited++;
+    }
+    CELLS_DIRECTIONS(&cells, d)
+    {
+        CHECK(cells.first[d] != CELLS_NONE);
+        held += length(cells.first[d], CELL_LIVE, CELL_LOCKED);
+    }
+    CHECK_INT(held, cells.used);
     CHECK_INT(live, cells.used);
     CHECK_INT(visited, cells.used);
     CHECK_INT(live + length(cells.free, CELL_FREE, CELL_FREE) + length(cells.gone, CELL_GONE, CELL_GONE), ROOM);

@@ -407,8 +407,28 @@ TEST(a_look_ends_however_often_the_vehicle_moves_and_a_dropped_one_leaves_nothin
     end_full();
 }
 
+/* Each look puts what the grid holds by then, and is dropped before it takes out what the one before has put. */
+TEST(looks_that_are_dropped_one_after_the_other_leave_room_for_the_next)
+{
+    struct sphere_conf small = conf;
+    small.max_cells = 64;
+    start_as(&small);
+    for (int range_m = 4; range_m < 12; range_m++) {
+        for (int k = 0; k < 60; k++)
+            hear(6 * k + 1.5, range_m + 0.03, 0.9);
+        clusters_begin(clusters, ++now_ns);
+        clusters_step(clusters, sphere);
+    }
+    look();
+    uint32_t echoes = 0;
+    for (uint32_t k = 0; k < n; k++)
+        echoes += list[k].echoes;
+    CHECK(echoes >= 60);
+}
+
 int main(void)
 {
+    RUN(looks_that_are_dropped_one_after_the_other_leave_room_for_the_next);
     RUN(a_look_in_steps_is_of_one_grid_when_the_vehicle_moves_meanwhile);
     RUN(a_look_ends_however_often_the_vehicle_moves_and_a_dropped_one_leaves_nothing);
     RUN(an_arc_across_north_and_a_post_are_two);
