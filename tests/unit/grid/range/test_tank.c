@@ -181,9 +181,9 @@ TEST(behind_the_wall_beside_the_head_nothing_is_clear)
 }
 
 /*
- * The vehicle shades the rear half: a strong echo below 0.7 m, then silence, which is no free water. In one of the turns
- * the beams at 145.8 and 147.6 degrees have no such echo, and are free to 10 m by all that a ping tells: what is clear
- * there is wrong, and the extractor's. Nothing else is clear.
+ * The vehicle shades the rear half: a strong echo below 0.7 m, then silence, which is no free water. In one of the
+ * turns the beams at 145.8 and 147.6 degrees have no such echo, and are free to 10 m by all that a ping tells: what is
+ * clear there is wrong, and the extractor's. Nothing else is clear.
  */
 TEST(in_the_vehicles_shadow_nothing_is_clear_but_where_two_beams_miss_it)
 {
