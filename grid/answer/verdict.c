@@ -4,523 +4,15 @@
 #include <math.h>
 #include <string.h>
 
-#include "bottom.h"
-#include "promise.h"
-
-#define FARTHEST_M 600.0 /* of a question to the records */
-
-static bool is_ned(const struct verdict *v)
-{
-    const struct obstacles_query *q = &v->query;
-    return q->moves ? q->move.ned : q->around ? q->band.ned : q->line.ned;
-}
-
-static double near_of(const struct verdict *v)
-{
-    const struct obstacles_query *q = &v->query;
-    return q->moves ? q->move.near_m : q->around ? q->band.near_m : q->line.near_m;
-}
-
-static double distance_of(const struct verdict *v)
-{
-    const struct obstacles_query *q = &v->query;
-    return q->moves ? q->move.most_m : q->around ? q->band.reach_m : q->line.distance_m;
-}
+#include "verdict_ask.h"
+#include "verdict_bars.h"
+#include "verdict_begins.h"
+#include "verdict_body.h"
+#include "verdict_why.h"
 
 static void doubt(struct verdict_part *part, enum answer_reason why)
 {
     part->against = why > part->against ? why : part->against;
-}
-
-/* ---- questions to the records ---- */
-
-/* Wide cones are asked by tiles that are less small: that takes long. More of it is never less careful. Sectors are
- * asked for all around. */
-static int levels_of(const struct obstacles_query *q)
-{
-    const double wide = q->around || q->moves || q->line.corridor ? 0 : q->line.half_angle_rad;
-    return wide > geo_rad(30) ? 3 : q->around || wide > geo_rad(15) ? 4 : TILES_LEVELS;
-}
-
-/* Turned into the axes of the records: NED, or the body's without an attitude. */
-static void turn_axis(const struct verdict *v, bool ned, double axis[3])
-{
-    if (v->frame.ned && !ned)
-        quat_rotate(v->by.now->pose.attitude, axis, axis);
-}
-
-static void axis_of(const struct verdict *v, double axis[3])
-{
-    geo_direction(v->query.line.az_rad, v->query.line.el_rad, axis);
-    turn_axis(v, v->query.line.ned, axis);
-}
-
-/* Of one sector. */
-static double width_of(const struct answer_band *q)
-{
-    return (q->width_rad > 0 ? q->width_rad : GEO_TURN) / (double)q->count;
-}
-
-static double middle_rad(const struct answer_band *q, size_t part)
-{
-    return q->width_rad > 0 ? q->from_rad + ((double)part + 0.5) * width_of(q) : (double)part * width_of(q);
-}
-
-static void set_band(const struct verdict *v, size_t part, struct ask_band *band)
-{
-    const struct answer_band *q = &v->query.band;
-    *band = (struct ask_band){.attitude = {1, 0, 0, 0},
-                              .lo_rad = q->lo_rad,
-                              .hi_rad = q->hi_rad,
-                              .from_rad = q->from_rad,
-                              .width_rad = q->width_rad,
-                              .parts = q->count};
-    if (v->frame.ned && !q->ned)
-        memcpy(band->attitude, v->by.now->pose.attitude, sizeof band->attitude);
-    if (v->all || q->count == 1)
-        return;
-    band->parts = 1;
-    band->width_rad = width_of(q);
-    band->from_rad = geo_wrap(middle_rad(q, part) - band->width_rad / 2);
-}
-
-static struct ask_question way_question(const struct verdict *v)
-{
-    const struct corridor_query *move = &v->query.move;
-    const double size = geo_length(move->direction), near_m = near_of(v);
-    struct ask_question q = {.kind = ASK_MOVE,
-                             .near_m = near_m,
-                             .level_m = v->horizon.n ? v->horizon.level_m : NULL,
-                             .to_m = fmin(fmax(distance_of(v), near_m + WATER_GRID_M), FARTHEST_M),
-                             .loose_rad = move->ned ? 0 : v->place.turned_rad,
-                             .body = {.up = {0, 0, -1},
-                                      .radius_m = move->body.radius_m,
-                                      .half_height_m = move->body.half_height_m,
-                                      .margin_m = move->body.margin_m}};
-    for (int i = 0; i < 3; i++)
-        q.axis[i] = move->direction[i] / size;
-    memcpy(q.body.drift_m, move->drift_m, sizeof q.body.drift_m);
-    turn_axis(v, move->ned, q.axis);
-    turn_axis(v, move->ned, q.body.drift_m);
-    turn_axis(v, false, q.body.up);
-    return q;
-}
-
-/* So far is asked from there on. Within `near` always as far as that, so that what is found there does not depend on
- * the distance. */
-static double asked_to_m(const struct verdict *v, enum verdict_stage stage, double from_m)
-{
-    const double least_m = stage == VERDICT_WITHIN   ? near_of(v)
-                           : stage == VERDICT_BEYOND ? v->frame.range_max_m
-                                                     : 0;
-    return fmin(fmax(fmax(distance_of(v), least_m), from_m + WATER_GRID_M), FARTHEST_M);
-}
-
-/* Of the water beyond the distance sectors are told nothing. */
-static double most_asked_m(const struct verdict *v)
-{
-    return asked_to_m(v, v->query.around ? VERDICT_NEAR : VERDICT_BEYOND, near_of(v));
-}
-
-/* Of all parts, or of one of them. */
-static struct ask_question question_from(const struct verdict *v, size_t part, double from_m)
-{
-    const struct answer_query *line = &v->query.line;
-    struct ask_question q = {.kind = v->query.around  ? ASK_AROUND
-                                     : line->corridor ? ASK_CORRIDOR
-                                                      : ASK_CONE,
-                             .near_m = from_m,
-                             .to_m = asked_to_m(v, v->part[part].stage, from_m),
-                             .levels = levels_of(&v->query),
-                             .loose_rad = is_ned(v) ? 0 : v->place.turned_rad,
-                             .half_rad = line->half_angle_rad,
-                             .radius_m = line->radius_m};
-    if (v->query.around)
-        set_band(v, part, &q.band);
-    else
-        axis_of(v, q.axis);
-    return q;
-}
-
-static struct store_now now_of(const struct verdict *v)
-{
-    return (struct store_now){.now_ns = v->by.now->now_ns,
-                              .pose = &v->by.now->pose,
-                              .clear_for_s = v->by.conf->clear_for_s,
-                              .move_limit_m = v->by.conf->move_limit_m,
-                              .keeps_m = v->frame.reach_m,
-                              .lost = v->by.now->lost};
-}
-
-static void ask_from(struct verdict *v, size_t part, double from_m)
-{
-    const struct ask_question q = v->query.moves ? way_question(v) : question_from(v, part, from_m);
-    for (size_t k = v->all ? 0 : part; k < (v->all ? v->parts : part + 1); k++)
-        v->part[k].start_m = from_m;
-    ask_begin(&v->ask, v->view, v->n, &q);
-    v->asking = true;
-}
-
-/* ---- the bottom ---- */
-
-#define BOTTOM_LEVELS TILES_LEVELS
-
-/* So far may a part of the run be free of the bottom, as far as is known. */
-static double most_bottom_m(const struct verdict *v, const struct question_run *run)
-{
-    double most_m = 0;
-    for (size_t k = 0; k < run->n; k++)
-        most_m = fmax(most_m, v->part[(run->at + k) % v->parts].bottom_m);
-    return most_m;
-}
-
-/* How far the parts that the tile touches are free of the bottom. Roots come from the lowest on, so most that are
- * higher can tell nothing nearer and are not divided. */
-static void heed_bottom_in(struct verdict *v, const struct question_shape *q, const struct bottom *bottom,
-                           const struct tile_index *tile)
-{
-    const struct water_tile cone = tiles_cone(tile);
-    const struct question_run run = question_run(q, &cone);
-    struct ask_stretch s;
-    if (!run.n || !question_stretch(q, &cone, most_asked_m(v), &s))
-        return;
-    const double lowest = asin(fmax(-1, fmin(cone.v[2], 1))) + cone.half_rad + q->asked.loose_rad;
-    const double free_m = bottom_reach_m(bottom, sin(fmin(lowest, GEO_PI / 2)));
-    const double least_m = question_measure(q, &cone, free_m);
-    if (free_m >= s.to_m || least_m >= most_bottom_m(v, &run))
-        return;
-    for (int i = 0; i < 4 && tile->level + 1 < BOTTOM_LEVELS; i++) {
-        const struct tile_index part = tiles_part(tile, i);
-        heed_bottom_in(v, q, bottom, &part);
-    }
-    for (size_t k = 0; k < run.n && tile->level + 1 == BOTTOM_LEVELS; k++) {
-        struct verdict_part *part = &v->part[(run.at + k) % v->parts];
-        if (least_m < part->bottom_m)
-            memcpy(part->bottom_at, cone.v, sizeof part->bottom_at);
-        part->bottom_m = fmin(part->bottom_m, least_m);
-    }
-}
-
-static void heed_bottom(struct verdict *v, const struct question_shape *q)
-{
-    const struct answer_now *now = v->by.now;
-    if (!v->frame.ned || !(now->pose.has & POSE_ALTITUDE))
-        return;
-    const struct bottom bottom = bottom_below(now->pose.altitude_m, -v->place.uncertain_m, v->place.uncertain_m);
-    for (uint32_t row = 0; row < TILES_ROWS; row++) {
-        uint32_t n, column = question_columns(q, row, &n);
-        for (; n > 0; n--, column++) {
-            const struct tile_index root = {0, (uint16_t)row, (uint16_t)(column % tiles_columns(row))};
-            heed_bottom_in(v, q, &bottom, &root);
-        }
-    }
-}
-
-/* ---- the promise ---- */
-
-/* Something that a beam showed elsewhere may have come to where the tile is asked, however far that is asked. */
-static void heed_shown_in(struct verdict *v, const struct promise *promise, const struct question_shape *q,
-                          const struct tile_index *tile)
-{
-    const struct water_tile cone = tiles_cone(tile);
-    const struct question_run run = question_run(q, &cone);
-    struct ask_stretch s;
-    if (!run.n || !question_stretch(q, &cone, FARTHEST_M, &s))
-        return;
-    double at[3] = {cone.v[0], cone.v[1], cone.v[2]};
-    sight_to_grid(&v->frame, v->by.now, true, at);
-    const double level = hypot(at[0], at[1]), half = sin(cone.half_rad) / fmax(level, 1e-9);
-    const double come_m =
-        promise_come_m(promise, atan2(at[1], at[0]), v->place.adrift_rad + (half < 1 ? asin(half) : GEO_PI));
-    for (size_t k = 0; k < run.n && come_m < s.to_m; k++) {
-        struct verdict_part *part = &v->part[(run.at + k) % v->parts];
-        part->promised_m = fmax(v->own_m, fmin(part->promised_m, come_m));
-    }
-}
-
-/* Of a vehicle that drifts. */
-static void heed_shown(struct verdict *v)
-{
-    if (v->by.now->pose.drift_mps <= 0)
-        return;
-    const struct promise promise = promise_begin(v->by.picture, v->by.conf, &v->frame, v->by.now, &v->place);
-    const struct ask_question from_own = question_from(v, 0, v->own_m);
-    struct question_shape q;
-    question_begin(&q, &from_own);
-    for (uint32_t row = 0; row < TILES_ROWS; row++) {
-        uint32_t n, column = question_columns(&q, row, &n);
-        for (; n > 0; n--, column++) {
-            const struct tile_index root = {0, (uint16_t)row, (uint16_t)(column % tiles_columns(row))};
-            heed_shown_in(v, &promise, &q, &root);
-        }
-    }
-}
-
-/* ---- why not farther ---- */
-
-#define LOOK_RAD 1e-3
-#define LOOK_M   (2 * WATER_GRID_M)
-
-/* Towards the axis, to no more than most_rad from it. */
-static void draw_in(const double axis[3], double most_rad, double at[3])
-{
-    const double along = geo_dot(at, axis);
-    double aside[3] = {at[0] - along * axis[0], at[1] - along * axis[1], at[2] - along * axis[2]};
-    const double off = geo_length(aside);
-    if (atan2(off, along) <= most_rad)
-        return;
-    for (int k = 0; k < 3; k++)
-        at[k] = cos(most_rad) * axis[k] + (off > 0 ? sin(most_rad) / off * aside[k] : 0);
-}
-
-static void draw_into_band(const struct verdict *v, double at[3])
-{
-    const struct ask_band *band = &v->ask.question.asked.band;
-    const double loose = v->ask.question.asked.loose_rad;
-    double az, el;
-    quat_rotate_inverse(band->attitude, at, at);
-    geo_angles(at, &az, &el);
-    if (band->parts == 1 && band->width_rad > 0) {
-        const double middle = band->from_rad + band->width_rad / 2, off = geo_wrap_pi(az - middle);
-        const double most = band->width_rad / 2 + loose;
-        az = middle + fmax(-most, fmin(off, most));
-    }
-    geo_direction(az, fmax(band->lo_rad - loose, fmin(el, band->hi_rad + loose)), at);
-    quat_rotate(band->attitude, at, at);
-}
-
-/* A tile reaches beyond the question, and its middle may be there: the nearest direction of the question, as far as its
- * axes may be turned. */
-static void draw_into_question(const struct verdict *v, double range_m, double at[3])
-{
-    const struct ask_question *q = &v->ask.question.asked;
-    if (q->kind == ASK_AROUND)
-        draw_into_band(v, at);
-    else
-        draw_in(q->axis, q->loose_rad + (q->kind == ASK_CONE ? q->half_rad : asin(fmin(1, q->radius_m / range_m))),
-                at);
-}
-
-/* Along a line, to its end. The question itself is over. */
-static struct ask_answer look_along(struct verdict *v, const struct verdict_part *part)
-{
-    struct ask_question q = {.kind = ASK_CONE, .near_m = part->end_m, .to_m = part->end_m + LOOK_M};
-    memcpy(q.axis, part->end_at, sizeof q.axis);
-    ask_begin(&v->ask, v->aside, v->n_aside, &q);
-    while (ask_step(&v->ask))
-        ;
-    return ask_end(&v->ask, 0);
-}
-
-/* All that a question could rest on if nothing were too old, too far away or lost. */
-static void set_limits_aside(struct verdict *v)
-{
-    struct store_now all = now_of(v);
-    all.clear_for_s = all.move_limit_m = INFINITY;
-    all.lost = 0;
-    if (v->n_aside < 0)
-        v->n_aside = store_look(v->by.store, v->by.list, &all, v->aside);
-}
-
-/* Why a record counts no more; ANSWER_HEARD: it does. */
-static enum answer_reason outdated(const struct verdict *v, const struct water_view *view)
-{
-    const struct water_record *r = view->record;
-    const struct answer_now *now = v->by.now;
-    const double way_m = fmax(now->pose.path_m - r->path_m, 0);
-    if (now->lost >> r->sensor & 1)
-        return ANSWER_SILENT;
-    if (sight_seconds(now->now_ns, r->t_ns) > v->by.conf->clear_for_s)
-        return ANSWER_STALE;
-    return way_m + view->margin_m > v->by.conf->move_limit_m ? ANSWER_MOVED : ANSWER_HEARD;
-}
-
-/* The answer is as old as the oldest that it could rest on. */
-static void count_age(struct verdict_part *part, const struct water_record *r)
-{
-    if (!part->oldest_ns || r->t_ns < part->oldest_ns)
-        part->oldest_ns = r->t_ns;
-}
-
-/* As poses have it, whatever they leave uncertain. */
-static struct water_view as_told(const struct water_view *view)
-{
-    return (struct water_view){.record = view->record,
-                               .at_m = {view->at_m[0], view->at_m[1], view->at_m[2]},
-                               .keeps_m = view->keeps_m,
-                               .lost = view->lost};
-}
-
-/* Did any sonar ever look there, as far as poses say where it was? */
-static bool was_looked_at(const struct verdict *v, struct verdict_part *part)
-{
-    const struct water_tile tile = {{part->end_at[0], part->end_at[1], part->end_at[2]}, LOOK_RAD};
-    for (int i = 0; i < v->n_aside; i++) {
-        const struct water_view view = as_told(&v->aside[i]);
-        if (!water_covers(&view, &tile, part->end_m))
-            continue;
-        if (!part->oldest_ns)
-            count_age(part, view.record);
-        return true;
-    }
-    return false;
-}
-
-/* The gravest of those by which the water goes on where the records that count have it end. */
-static enum answer_reason reason_of_end(struct verdict *v, struct verdict_part *part)
-{
-    enum answer_reason why = ANSWER_HEARD;
-    set_limits_aside(v);
-    if (v->n_aside == 0)
-        return v->by.list->n ? ANSWER_MOVED : ANSWER_NEVER;
-    const bool goes_on = look_along(v, part).free_to_m > part->end_m;
-    for (int i = 0; goes_on && i < v->n_aside; i++)
-        if (v->ask.part[0].used[i / 64] >> (i % 64) & 1) {
-            const enum answer_reason one = outdated(v, &v->aside[i]);
-            why = one > why ? one : why;
-            count_age(part, v->aside[i].record);
-        }
-    if (why != ANSWER_HEARD)
-        return why;
-    if (part->found && part->from_m > part->promised_m)
-        return part->from_m > near_of(v) ? ANSWER_BLIND : ANSWER_MOVED;
-    return part->found || was_looked_at(v, part) ? ANSWER_BEYOND : ANSWER_NEVER;
-}
-
-/* Where the first water begins is told a little beyond the distance, too. */
-static double farthest_start_m(const struct verdict *v)
-{
-    return fmin(distance_of(v) + near_of(v), FARTHEST_M - WATER_GRID_M);
-}
-
-#define MORE 1.2 /* times as far, at least: a corridor has many lines that begin late */
-
-#define STEP_M     (WATER_GRID_M / 4)
-#define STEP_SHARE 0.0625 /* of the range: the farther away, the fewer places are tried */
-
-/* Where beyond from_m the water begins to be free along a line, by one record; INFINITY: nowhere before most_m. */
-static double begins_by(const struct water_view *view, const struct water_tile *line, double from_m, double most_m)
-{
-    struct water_pieces said;
-    const double least_m = from_m + fmax(STEP_M, STEP_SHARE * from_m);
-    double begin_m = from_m, end_m = most_m;
-    if (!(from_m < most_m) || !water_touches(view, line, &begin_m, &end_m))
-        return INFINITY;
-    water_decide(view, line, begin_m, end_m, &said);
-    for (int k = 0; k < said.n; k++)
-        if (said.piece[k].says == WATER_FREE && said.piece[k].to_m > least_m)
-            return fmax(said.piece[k].from_m, least_m);
-    return INFINITY;
-}
-
-/* The same by all records that count. */
-static double begins_along(const struct verdict *v, const struct water_tile *line, double from_m, double most_m)
-{
-    double least_m = INFINITY;
-    for (int i = 0; i < v->n; i++)
-        least_m = fmin(least_m, begins_by(&v->view[i], line, from_m, most_m));
-    return least_m;
-}
-
-#define UNSOUGHT -INFINITY
-
-static double round_up(double range_m)
-{
-    return ceil(range_m / STEP_M) * STEP_M;
-}
-
-/* Where from from_m on the tile in which it ended the last time begins to be free before most_m. */
-static double tile_begins_m(struct verdict *v, const struct verdict_part *part, double from_m, double most_m,
-                            double *ends_m)
-{
-    const struct ask_stretch within = {from_m, most_m};
-    return ask_begins_m(&v->ask, v->view, v->n, &part->tile, &within, ends_m);
-}
-
-/* Seeks on from where it has come; false: it is to be called again. What ends there may not farther on, where the tile
- * touches less of the same record. */
-static bool seek(struct verdict *v, const struct verdict_part *part, double most_m, double *begin_m)
-{
-    const double from_m = v->sought_m, to_m = fmin(2 * from_m, most_m);
-    double ends_m = INFINITY;
-    *begin_m = from_m < to_m ? tile_begins_m(v, part, from_m, to_m, &ends_m) : INFINITY;
-    v->sought_m = isfinite(ends_m) ? round_up(ends_m + fmax(STEP_M, STEP_SHARE * ends_m)) : to_m;
-    return isfinite(*begin_m) || v->sought_m >= most_m;
-}
-
-/* Where beyond from_m that is, or a corridor leaves the tile; INFINITY: nowhere; UNSOUGHT: to be called again. */
-static double begins_m(struct verdict *v, const struct verdict_part *part, double from_m, double most_m)
-{
-    const struct water_tile cone = tiles_cone(&part->tile);
-    struct ask_stretch asked;
-    double least_m;
-    if (!v->seeking)
-        v->sought_m = from_m + STEP_M;
-    v->seeking = !seek(v, part, most_m, &least_m);
-    if (v->seeking)
-        return UNSOUGHT;
-    if (v->query.line.corridor && question_stretch(&v->ask.question, &cone, v->ask.question.asked.to_m, &asked) &&
-        asked.to_m < most_m)
-        least_m = fmin(least_m, asked.to_m);
-    return round_up(v->query.line.corridor ? fmax(least_m, MORE * from_m) : least_m);
-}
-
-/* The direction in the middle of a part, in the axes of the records. */
-static void middle_of(const struct verdict *v, size_t part, double axis[3])
-{
-    struct ask_band band;
-    if (!v->query.around) {
-        axis_of(v, axis);
-        return;
-    }
-    set_band(v, part, &band);
-    geo_direction(middle_rad(&v->query.band, part), (band.lo_rad + band.hi_rad) / 2, axis);
-    quat_rotate(band.attitude, axis, axis);
-}
-
-#define NEWEST 4
-
-/* Where in the middle of a part the water begins within `near` by the newest records that have some of it; INFINITY:
- * nowhere. */
-static double begins_within_m(const struct verdict *v, size_t part)
-{
-    struct water_tile line = {.half_rad = LOOK_RAD};
-    double least_m = INFINITY;
-    int n = 0;
-    middle_of(v, part, line.v);
-    for (int i = 0; i < v->n && n < NEWEST; i++) {
-        const double begin_m = begins_by(&v->view[i], &line, 0, near_of(v));
-        n += isfinite(begin_m);
-        least_m = fmin(least_m, begin_m);
-    }
-    return least_m;
-}
-
-/* Into n that grow. */
-static void insert(double *sorted, size_t n, double x)
-{
-    for (; n > 0 && sorted[n - 1] > x; n--)
-        sorted[n] = sorted[n - 1];
-    sorted[n] = x;
-}
-
-#define MOST_PARTS 0.75
-#define SOME_PARTS 24 /* evenly around */
-
-/* Where most parts' water begins, within `near`. The first of a corridor's lies to its sides, which few beams see. */
-static double most_begin_m(const struct verdict *v)
-{
-    double begin_m[SOME_PARTS];
-    const size_t some = v->parts < SOME_PARTS ? v->parts : SOME_PARTS;
-    size_t n = 0;
-    for (size_t k = 0; k < some && !v->query.line.corridor; k++) {
-        const double one_m = begins_within_m(v, k * v->parts / some);
-        if (isfinite(one_m))
-            insert(begin_m, n++, one_m);
-    }
-    if (n == 0)
-        return near_of(v);
-    return fmin(round_up(begin_m[(size_t)(MOST_PARTS * (double)(n - 1))]), near_of(v));
 }
 
 /* ---- the words ---- */
@@ -531,7 +23,7 @@ static double range_of(const struct verdict *v, const double at[3], double measu
     double axis[3];
     if (v->query.around || !v->query.line.corridor)
         return measure_m;
-    axis_of(v, axis);
+    verdict_axis(v, axis);
     const double ahead = geo_dot(axis, at), wall_m = hypot(measure_m, v->query.line.radius_m);
     return ahead > 0 ? fmin(measure_m / ahead, wall_m) : wall_m;
 }
@@ -570,9 +62,9 @@ static void take_water(struct verdict *v, struct verdict_part *part, const struc
     }
     const double end_m = fmax(range_of(v, water->at, water->free_to_m), part->start_m);
     memcpy(part->line_at, water->at, sizeof part->line_at);
-    draw_into_question(v, end_m, part->line_at);
+    verdict_draw_in(v, end_m, part->line_at);
     part->tile = smallest_of(v, &water->tile, part->line_at);
-    if ((found && counts) || (!part->found && part->start_m == near_of(v)))
+    if ((found && counts) || (!part->found && part->start_m == verdict_near_m(v)))
         end_here(part, end_m);
 }
 
@@ -586,9 +78,9 @@ static double barred_m(const struct verdict_part *part)
 /* It is free as far as asked, or up to there, and all nearer is the vehicle's, or promised. */
 static bool is_known(const struct verdict *v, const struct verdict_part *part)
 {
-    const double to_m = fmin(distance_of(v), barred_m(part));
+    const double to_m = fmin(verdict_distance_m(v), barred_m(part));
     return part->found && part->from_m <= part->promised_m && part->free_m >= to_m &&
-           (part->from_m < to_m || to_m >= distance_of(v));
+           (part->from_m < to_m || to_m >= verdict_distance_m(v));
 }
 
 #define WITHIN_STARTS 12
@@ -602,46 +94,46 @@ static bool counts_to(const struct verdict_part *part, double to_m)
 }
 
 /* Where along the line on which nothing was free the water begins within `near`, and then `near` itself: that and what
- * is tried after it do not depend on what was found before. Negative: nothing more is to be asked, or UNSOUGHT. */
+ * is tried after it do not depend on what was found before. Negative: nothing more is to be asked, or VERDICT_UNSOUGHT. */
 static double next_within(struct verdict *v, struct verdict_part *part)
 {
-    if (counts_to(part, near_of(v)))
+    if (counts_to(part, verdict_near_m(v)))
         return -1;
     const bool again = !part->found && part->starts < WITHIN_STARTS;
-    const double from_m = again ? begins_m(v, part, part->start_m, near_of(v)) : near_of(v);
-    if (from_m < near_of(v)) /* or UNSOUGHT */
+    const double from_m = again ? verdict_begins_m(v, part, part->start_m, verdict_near_m(v)) : verdict_near_m(v);
+    if (from_m < verdict_near_m(v)) /* or VERDICT_UNSOUGHT */
         return from_m;
     part->stage = VERDICT_NEAR;
-    return near_of(v);
+    return verdict_near_m(v);
 }
 
 /* Up to where `near` holds; half as far, and again, as long as that is not the vehicle itself; then beyond it, where
- * the water begins, or begins again. Negative: nowhere else, or UNSOUGHT. The same places for all distances. */
+ * the water begins, or begins again. Negative: nowhere else, or VERDICT_UNSOUGHT. The same places for all distances. */
 static double next_start(struct verdict *v, struct verdict_part *part)
 {
     if (part->starts == VERDICT_STARTS)
         return -1;
     if (part->stage == VERDICT_WITHIN)
         return next_within(v, part);
-    if (part->start_m <= near_of(v) && part->start_m > part->promised_m)
+    if (part->start_m <= verdict_near_m(v) && part->start_m > part->promised_m)
         return part->promised_m;
     if (counts_to(part, 0))
         return -1;
-    if (part->start_m <= near_of(v) && part->start_m > v->own_m)
+    if (part->start_m <= verdict_near_m(v) && part->start_m > v->own_m)
         return fmax(part->start_m / 2, v->own_m);
-    if (part->free_m >= distance_of(v))
+    if (part->free_m >= verdict_distance_m(v))
         return -1;
-    const double known_m = part->found ? part->free_m : near_of(v);
-    const double from_m = begins_m(v, part, fmax(part->start_m, known_m), farthest_start_m(v));
-    if (from_m == UNSOUGHT)
+    const double known_m = part->found ? part->free_m : verdict_near_m(v);
+    const double from_m = verdict_begins_m(v, part, fmax(part->start_m, known_m), verdict_farthest_start_m(v));
+    if (from_m == VERDICT_UNSOUGHT)
         return from_m;
-    return from_m > near_of(v) && from_m < farthest_start_m(v) ? from_m : -1;
+    return from_m > verdict_near_m(v) && from_m < verdict_farthest_start_m(v) ? from_m : -1;
 }
 
 /* The water of a cone or corridor that is free as far as asked may go on. */
 static bool goes_beyond(const struct verdict *v, const struct verdict_part *part)
 {
-    return !v->query.around && part->stage != VERDICT_BEYOND && part->free_m >= distance_of(v) &&
+    return !v->query.around && part->stage != VERDICT_BEYOND && part->free_m >= verdict_distance_m(v) &&
            part->free_m < fmin(v->frame.range_max_m, barred_m(part));
 }
 
@@ -655,7 +147,8 @@ static void give_water(const struct verdict_part *part, struct answer *a)
 static void finish(struct verdict *v, struct verdict_part *part, enum answer_reason water)
 {
     struct answer *a = &part->answer;
-    if (part->bottom_m < distance_of(v) && (part->free_m >= part->bottom_m || part->bottom_m <= part->promised_m))
+    if (part->bottom_m < verdict_distance_m(v) &&
+        (part->free_m >= part->bottom_m || part->bottom_m <= part->promised_m))
         doubt(part, ANSWER_BOTTOM);
     doubt(part, water);
     give_water(part, a);
@@ -673,11 +166,11 @@ static bool fails_again(struct verdict *v, struct verdict_part *part, double fro
 {
     double ends_m;
     if (!part->ends || v->query.line.corridor || part->stage == VERDICT_BEYOND ||
-        tile_begins_m(v, part, from_m, from_m + WATER_GRID_M, &ends_m) <= from_m)
+        verdict_tile_begins_m(v, part, from_m, from_m + WATER_GRID_M, &ends_m) <= from_m)
         return false;
     part->start_m = from_m;
     part->starts++;
-    if (!part->found && from_m == near_of(v))
+    if (!part->found && from_m == verdict_near_m(v))
         end_here(part, from_m);
     return true;
 }
@@ -688,7 +181,7 @@ static void settle(struct verdict *v)
     struct verdict_part *part = &v->part[v->next];
     const bool known = is_known(v, part);
     double from_m = known ? -1 : next_start(v, part);
-    if (from_m == UNSOUGHT)
+    if (from_m == VERDICT_UNSOUGHT)
         return;
     if (known && goes_beyond(v, part)) {
         part->stage = VERDICT_BEYOND;
@@ -696,10 +189,10 @@ static void settle(struct verdict *v)
     }
     if (from_m >= 0) {
         if (!fails_again(v, part, from_m))
-            ask_from(v, v->next, from_m);
+            verdict_ask(v, v->next, from_m);
         return;
     }
-    finish(v, part, known ? ANSWER_HEARD : reason_of_end(v, part));
+    finish(v, part, known ? ANSWER_HEARD : verdict_reason(v, part));
     v->next++;
 }
 
@@ -712,154 +205,13 @@ static void end_ask(struct verdict *v)
     v->all = v->asking = false;
 }
 
-/* ---- a body that moves ---- */
-
-static void doubt_way(struct corridor *out, enum answer_reason why, const double at[3], double at_m)
-{
-    if (at_m >= out->known_m)
-        return;
-    out->known_m = at_m;
-    out->reason = why;
-    memcpy(out->known_at, at, sizeof out->known_at);
-}
-
-/* The place of the body's way that is nearest to where it ends: a tile reaches beyond that. */
-static void draw_into_way(const struct question_shape *q, double range_m, double at[3])
-{
-    const double wide_m = q->half_width_m + fabs(q->drift_side_m), high_m = q->half_height_m + fabs(q->drift_up_m);
-    const double y = fmax(-wide_m, fmin(range_m * geo_dot(at, q->side), wide_m)),
-                 z = fmax(-high_m, fmin(range_m * geo_dot(at, q->up), high_m)),
-                 x = sqrt(fmax(0, range_m * range_m - y * y - z * z)), r = sqrt(x * x + y * y + z * z);
-    for (int i = 0; i < 3 && r > 0; i++)
-        at[i] = (x * q->asked.axis[i] + y * q->side[i] + z * q->up[i]) / r;
-}
-
-/* Of the water that ends there; it may only begin too late for how far `near` holds. */
-static enum answer_reason reason_of_way(struct verdict *v, struct verdict_part *part)
-{
-    const struct water_tile line = {{part->end_at[0], part->end_at[1], part->end_at[2]}, LOOK_RAD};
-    const enum answer_reason why = reason_of_end(v, part);
-    const bool begins =
-        part->end_m <= near_of(v) && begins_along(v, &line, part->end_m, 4 * near_of(v)) < INFINITY;
-    return begins && why == ANSWER_BEYOND ? ANSWER_BLIND : why;
-}
-
-/* From the axes of the records into those asked about. */
-static void turn_back(const struct verdict *v, double at[3])
-{
-    if (v->frame.ned && !is_ned(v))
-        quat_rotate_inverse(v->by.now->pose.attitude, at, at);
-}
-
-static double age_of(const struct verdict *v, const struct verdict_part *part)
-{
-    return part->oldest_ns ? sight_seconds(v->by.now->now_ns, part->oldest_ns) : -1;
-}
-
-static void finish_way(struct verdict *v, struct verdict_part *part, const struct ask_answer *water)
-{
-    static const double nowhere[3];
-    struct corridor *out = &v->corridor;
-    double at[3];
-    turn_back(v, part->bottom_at);
-    memcpy(part->end_at, water->at, sizeof part->end_at);
-    part->end_m = water->at_m;
-    draw_into_way(&v->ask.question, part->end_m, part->end_at);
-    part->found = false;
-    if (water->oldest >= 0)
-        count_age(part, v->view[water->oldest].record);
-    out->age_s = age_of(v, part);
-    doubt_way(out, ANSWER_BEYOND, part->met.hint_at, part->met.hint_m);
-    doubt_way(out, ANSWER_OUTSIDE, nowhere, part->met.kept_m);
-    doubt_way(out, ANSWER_BOTTOM, part->bottom_at, part->bottom_m);
-    if (water->free_to_m >= out->known_m)
-        return;
-    const enum answer_reason why = reason_of_way(v, part);
-    out->age_s = age_of(v, part);
-    memcpy(at, part->end_at, sizeof at);
-    turn_back(v, at);
-    doubt_way(out, why, at, water->free_to_m);
-}
-
-static void begin_way(struct verdict *v)
-{
-    const struct corridor_query *move = &v->query.move;
-    const struct obstacles_found *met = &v->part[0].met;
-    v->corridor = (struct corridor){.front_m = v->ask.question.front_m,
-                                    .blocked_m = met->any ? met->near_m : INFINITY,
-                                    .blocked_sd_m = met->any ? met->sd_m : 0,
-                                    .confidence = met->any ? met->confidence : 0,
-                                    .blocked_age_s = met->any ? met->age_s : -1,
-                                    .known_m = move->most_m,
-                                    .reason = ANSWER_HEARD,
-                                    .age_s = -1,
-                                    .uncertain_m = v->place.uncertain_m};
-    if (met->any)
-        memcpy(v->corridor.blocked_at, met->at, sizeof met->at);
-}
-
-/* How far `near` holds is asked of the records with all that is uncertain now, or of what they showed without. */
-static void ask_horizon(struct verdict *v)
-{
-    const struct ask_question q = horizon_question(&v->horizon);
-    if (v->horizon.nominal)
-        for (int i = 0; i < v->n; i++)
-            v->aside[i] = as_told(&v->view[i]);
-    ask_begin(&v->ask, v->horizon.nominal ? v->aside : v->view, v->n, &q);
-}
-
-#define NO_NEAR_M 1e-3
-
-/* The bottom ends what is free where nobody needs to have looked, too. */
-static void heed_bottom_of_way(struct verdict *v)
-{
-    struct ask_question from_body = way_question(v);
-    struct question_shape q;
-    from_body.near_m = NO_NEAR_M;
-    from_body.level_m = NULL;
-    question_begin(&q, &from_body);
-    heed_bottom(v, &q);
-}
-
-static void ask_way(struct verdict *v)
-{
-    v->looking = false;
-    ask_from(v, 0, near_of(v));
-    begin_way(v);
-    heed_bottom_of_way(v);
-}
-
-static void look_around(struct verdict *v)
-{
-    const struct ask_question q = way_question(v);
-    v->horizon.promise = promise_begin(v->by.picture, v->by.conf, &v->frame, v->by.now, &v->place);
-    v->looking = horizon_begin(&v->horizon, q.axis, v->frame.axes_rad, near_of(v));
-    if (v->looking)
-        ask_horizon(v);
-    else
-        ask_way(v);
-}
-
-static void end_look(struct verdict *v)
-{
-    const struct horizon_now now = {v->by.now->now_ns, v->view};
-    if (horizon_take(&v->horizon, &v->ask, &now)) {
-        ask_horizon(v);
-        return;
-    }
-    v->n_aside = -1;
-    set_limits_aside(v);
-    horizon_end(&v->horizon, v->view, v->n, v->aside, v->n_aside);
-    ask_way(v);
-}
-
 /* ---- the question ---- */
 
 static void cannot(struct verdict *v, enum answer_reason why)
 {
     v->corridor = (struct corridor){.blocked_m = INFINITY, .blocked_age_s = -1, .reason = why, .age_s = -1};
     if (v->query.moves) {
-        const struct ask_question q = way_question(v);
+        const struct ask_question q = verdict_way(v);
         question_begin(&v->ask.question, &q);
         v->corridor.front_m = v->ask.question.front_m;
     }
@@ -871,10 +223,10 @@ static void take_obstacles(struct verdict *v, const struct obstacles_found *foun
 {
     for (size_t k = 0; k < v->parts; k++) {
         const struct obstacles_found *f = &found[k];
-        const bool blocks = f->any && f->near_m <= distance_of(v);
+        const bool blocks = f->any && f->near_m <= verdict_distance_m(v);
         struct verdict_part *part = &v->part[k];
         *part = (struct verdict_part){.bottom_m = INFINITY,
-                                      .promised_m = near_of(v),
+                                      .promised_m = verdict_near_m(v),
                                       .hint_m = f->hint_m,
                                       .obstacle_m = f->any ? f->near_m : INFINITY,
                                       .against = f->hint_m < INFINITY ? ANSWER_BEYOND : ANSWER_HEARD,
@@ -895,7 +247,7 @@ static bool look_at_picture(struct verdict *v)
     const struct obstacles_scene scene = {v->by.picture, &v->frame, v->by.conf, v->by.now, &v->place};
     enum answer_reason why;
     picture_get_frame(v->by.picture, &v->frame);
-    if (!sight_possible(&v->frame, v->by.now, is_ned(v), &why)) {
+    if (!sight_possible(&v->frame, v->by.now, verdict_ned(v), &why)) {
         cannot(v, why);
         return false;
     }
@@ -918,14 +270,14 @@ static double beyond_m(const struct verdict *v)
         const struct obstacles_scene scene = {v->by.picture, &frame, v->by.conf, v->by.now, &place};
         enum answer_reason why;
         picture_get_frame(v->by.picture, &frame);
-        if (!sight_possible(&frame, v->by.now, is_ned(v), &why)) {
-            least_m = distance_of(v);
+        if (!sight_possible(&frame, v->by.now, verdict_ned(v), &why)) {
+            least_m = verdict_distance_m(v);
             continue;
         }
         sight_locate(&frame, v->by.conf, v->by.now, &place);
-        query.line.distance_m = most_asked_m(v);
+        query.line.distance_m = verdict_most_asked_m(v);
         obstacles_find(&scene, &query, &found);
-        least_m = found.any ? fmax(found.near_m, distance_of(v)) : INFINITY;
+        least_m = found.any ? fmax(found.near_m, verdict_distance_m(v)) : INFINITY;
     }
     return least_m;
 }
@@ -959,38 +311,25 @@ bool verdict_begin(struct verdict *v, const struct verdict_evidence *by, const s
     if (!possible)
         return false;
     if (!v->query.moves)
-        heed_shown(v);
+        verdict_heed_shown(v);
     return true;
-}
-
-static bool step_way(struct verdict *v)
-{
-    if (ask_step(&v->ask))
-        return true;
-    if (v->looking) {
-        end_look(v);
-        return true;
-    }
-    const struct ask_answer water = ask_end(&v->ask, 0);
-    finish_way(v, &v->part[0], &water);
-    return false;
 }
 
 /* The first look at the records. */
 static void begin_asking(struct verdict *v)
 {
-    const struct store_now now = now_of(v);
+    const struct store_now now = verdict_now(v);
     v->begun = true;
     v->n = store_look(v->by.store, v->by.list, &now, v->view);
     if (v->query.moves) {
-        look_around(v);
+        verdict_look_around(v);
         return;
     }
-    const double begin_m = most_begin_m(v);
+    const double begin_m = verdict_most_begin_m(v);
     for (size_t k = 0; k < v->parts; k++)
-        v->part[k].stage = begin_m < near_of(v) ? VERDICT_WITHIN : VERDICT_NEAR;
-    ask_from(v, 0, begin_m);
-    heed_bottom(v, &v->ask.question);
+        v->part[k].stage = begin_m < verdict_near_m(v) ? VERDICT_WITHIN : VERDICT_NEAR;
+    verdict_ask(v, 0, begin_m);
+    verdict_heed_bottom(v, &v->ask.question);
 }
 
 #define STEP_SETTLED 16   /* in one step, each with a look or two along a line or a tile, ... */
@@ -1014,7 +353,7 @@ bool verdict_step(struct verdict *v)
         return true;
     }
     if (v->query.moves)
-        return step_way(v);
+        return verdict_step_way(v);
     if (v->asking && ask_step(&v->ask))
         return true;
     if (v->asking)
