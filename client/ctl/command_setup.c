@@ -315,6 +315,27 @@ static void ask_current(struct setup *s)
     }
 }
 
+/* From here on the beams are as high as the vehicle with its margin; rounded up. */
+static double near_m(const struct setup *s)
+{
+    const double height_m = s->size_answered ? s->size_m[2] : HEIGHT_M;
+    const double seen_deg = PING360_HALF_FAN_DEG - 1.5 * ANGULAR_STEP_DEG;
+    const double off_m = s->mount_answered ? fabs(s->mount_m[2]) : 0;
+    return ceil((height_m / 2 + MARGIN_M + off_m) / sin(seen_deg * M_PI / 180) * 10) / 10;
+}
+
+/* Behind mount and size, which say how far the promise reaches, and behind the water, of which it is. */
+static bool ask_near(struct setup *s)
+{
+    char question[LINE_MAX_];
+    snprintf(
+        question, sizeof question,
+        "A promise: does every obstacle within %.1f m reach from the bottom to the surface, as a pool's walls "
+        "do, y or n?",
+        near_m(s));
+    return given(s, "near") || (is_ping360(s) && ask_yes(s, question));
+}
+
 static void ask_all(struct setup *s)
 {
     static const struct question mount = {
@@ -327,9 +348,7 @@ static void ask_all(struct setup *s)
     s->size_answered = ask_numbers(s, &size, s->size_m);
     s->range_answered = ask_numbers(s, &range, &s->range_m);
     ask_current(s);
-    s->promises_near =
-        given(s, "near") ||
-        (is_ping360(s) && ask_yes(s, "Does every obstacle reach from the bottom to the surface, y or n?"));
+    s->promises_near = ask_near(s);
 }
 
 static void write_port(const struct setup *s, FILE *out)
@@ -343,22 +362,16 @@ static void write_port(const struct setup *s, FILE *out)
     fprintf(out, "port = %s\n", s->port);
 }
 
-/* It is for the user to promise: else written as a comment. */
+/* What the user did not promise is written as a comment. */
 static void write_near(const struct setup *s, FILE *out)
 {
-    const double height_m = s->size_answered ? s->size_m[2] : HEIGHT_M;
-    const double seen_deg = PING360_HALF_FAN_DEG - 1.5 * ANGULAR_STEP_DEG;
-    const double off_m = s->mount_answered ? fabs(s->mount_m[2]) : 0;
-    const double near_m = (height_m / 2 + MARGIN_M + off_m) / sin(seen_deg * M_PI / 180);
     fprintf(
         out,
         "# A level head does not see what is close above and below it: without this `limit` allows a crawl only.\n"
         "%s that nothing stands so near out of the beams' sight (docs/devices/ping360.md).\n%snear = %.1f m\n",
-        s->promises_near ? "# A promise:" : "# Remove the # to promise", s->promises_near ? "" : "#",
-        ceil(near_m * 10) / 10);
+        s->promises_near ? "# A promise:" : "# Remove the # to promise", s->promises_near ? "" : "#", near_m(s));
 }
 
-/* Only what was found or answered: the rest stays as sonard.conf or the defaults have it. */
 /* Without a position water is clear for seconds: turns must be quick (config/scenes/bluerov2-stock.conf). */
 static void write_scan(const struct setup *s, FILE *out)
 {
@@ -370,6 +383,7 @@ static void write_scan(const struct setup *s, FILE *out)
                  "step = 1.8 deg\n");
 }
 
+/* Only what was found or answered: the rest stays as sonard.conf or the defaults have it. */
 static void write_conf(const struct setup *s, FILE *out)
 {
     const double radius_m = hypot(s->size_m[0], s->size_m[1]) / 2;

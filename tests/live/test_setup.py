@@ -176,6 +176,7 @@ def questions(bench):
     status, said = asked(out, b"blueview\nping360\n0.3 0\n0.3 0 0.1\nja\nYes\n\n12\nsea\nHarbour\ny\n")
     check(status == 0, said)
     check("supported: micron" in said and "expected 3 numbers" in said and "expected y or n" in said and "expected pool" in said and "fast does the water go" in said, said)
+    check("every obstacle within 3.2 m reach" in said, "not what is promised: " + said)
     with open(out, encoding="ascii") as f:
         text = f.read()
     for line in ("device = ping360", "mount = 0.3 0 0.1 m", "rotation = 180 0 0 deg", "range = 12 m", "radius = 0.287 m", "current = 0.3 m/s",
