@@ -460,10 +460,11 @@ const struct conf_key conf_keys[] = {
     {"vehicle", "max_speed", LIVE, QUANTITY(1, "m/s", 0.01, 50), .standard = "told", .instead = "told",
      .instead_value = 0, CONF(vehicle.max_speed_mps),
      .help = "Maximum speed over ground. Without a fresh pose the vehicle may be anywhere reachable at this\n"
-             "speed; obstacles are nearer and free space shorter by that. told: the last reported speed. A\n"
-             "vehicle that has just started then counts as at rest until the next pose: half its acceleration\n"
-             "times the square of that time is missing. Set a value if poses come less than 5 times a second.\n"
-             "Poses that move 5 m farther than this allows hold the map ([map], docs/map.md)."},
+             "speed, or at the bound that `current` lets count where that is less; obstacles are nearer and free\n"
+             "space shorter by that. told: the last reported speed. A vehicle that has just started then counts\n"
+             "as at rest until the next pose: half its acceleration times the square of that time is missing.\n"
+             "Set a value if poses come less than 5 times a second. Poses that move 5 m farther than this allows\n"
+             "hold the map ([map], docs/map.md)."},
     {"vehicle", "max_turn", LIVE, QUANTITY(1, "deg/s", 0.1, 1000), .also = "deg", .standard = "told",
      .instead = "told", .instead_value = 0, CONF(vehicle.max_turn_radps),
      .help = "Maximum turn rate; like max_speed, for directions in the body's frame. An attitude more\n"
@@ -473,12 +474,13 @@ const struct conf_key conf_keys[] = {
     {"vehicle", "current", LIVE, QUANTITY(1, "m/s", 0, 5), .standard = "unknown", .instead = "unknown",
      .instead_value = -1, CONF(vehicle.current_mps),
      .help =
-         "For a vehicle without position and velocity: a promise that the water goes no faster than this, where\n"
-         "the vehicle is and along its tether; and that nobody hauls the tether in, or tows its boat, faster.\n"
-         "A pool has 0.05 m/s by the vehicle's own wash, a sheltered harbour 0.1 to 0.3, a tidal stream 0.5 to\n"
-         "1.5. With it sonard believes the bound of the vehicle's speed through the water that clients send:\n"
-         "sonard-mavlink works one out from what the thrusters of a BlueROV2 do. unknown: no bound is\n"
-         "believed. See docs/without-a-dvl.md."},
+         "A promise that the water goes no faster than this, where the vehicle is and along its tether; and that\n"
+         "nobody hauls the tether in, or tows its boat, faster. A pool has 0.05 m/s by the vehicle's own wash, a\n"
+         "sheltered harbour 0.1 to 0.3, a tidal stream 0.5 to 1.5. With it sonard believes the bound of the\n"
+         "vehicle's speed through the water that clients send: sonard-mavlink works one out from what the\n"
+         "thrusters of a BlueROV2 do. Both together bound how far a vehicle drifts that has neither position nor\n"
+         "velocity, and how far any vehicle went since its last position, depth or altitude if these come\n"
+         "rarely. unknown: no bound is believed, and max_speed counts. See docs/without-a-dvl.md."},
     {"vehicle", "station_keeping", LIVE, QUANTITY(1, "m/s", 0, 5), .standard = "auto", .instead = "no",
      .instead_value = -1, CONF(vehicle.keep_mps), NAMED({"auto", CONF_KEEP_AUTO}),
      .help =

@@ -34,6 +34,8 @@
 #define RADIUS_M 0.4
 #define EQUAL_M  1e-6
 
+#define QUICK_RANGE_M 10.0 /* of a head without a position */
+
 struct setup {
     const struct context *context;
     bool asks;  /* somebody sits at the terminal */
@@ -66,11 +68,36 @@ static bool ask_person(struct setup *s, const char *question, const char *standa
 }
 
 struct question {
-    const char *key; /* the option that answers it */
+    const char *option, *key; /* that answers it, as written and as parsed */
     const char *text;
     int n;         /* numbers wanted, 1 to 3 */
     double lo, hi; /* each of them within */
 };
+
+static const struct question mount = {
+    "--mount", "mount_m", "Where is the transducer: forward, right, down of the vehicle's middle, in m?",
+    3,         -50,       50};
+static const struct question size = {"--size", "size_m", "How large is the vehicle: length, width, height in m?",
+                                     3,        0.1,      50};
+static const struct question range = {"--range", "range_m", "How far is it to listen, in m?", 1, 0.75, 200};
+
+static double number_of(const json_t *option, int i)
+{
+    return json_number_value(json_is_array(option) ? json_array_get(option, (size_t)i) : option);
+}
+
+/* Is an option for it what the question would take? False after a message. */
+static bool check_numbers(const struct setup *s, const struct question *question)
+{
+    const json_t *option = given(s, question->key);
+    bool good = true;
+    for (int i = 0; i < question->n && option; i++)
+        good = good && number_of(option, i) >= question->lo && number_of(option, i) <= question->hi;
+    if (!good)
+        fprintf(stderr, "sonarctl setup: %s: expected %d number%s from %g to %g\n", question->option, question->n,
+                question->n > 1 ? "s" : "", question->lo, question->hi);
+    return good;
+}
 
 /* Numbers from the option or the user, to whom those in value[] are offered. False: nobody answered. */
 static bool ask_numbers(struct setup *s, const struct question *question, double value[])
@@ -81,7 +108,7 @@ static bool ask_numbers(struct setup *s, const struct question *question, double
     char standard[64] = "", answer[LINE_MAX_];
     double number[3];
     for (int i = 0; i < n && option; i++)
-        value[i] = json_number_value(json_is_array(option) ? json_array_get(option, (size_t)i) : option);
+        value[i] = number_of(option, i);
     if (option)
         return true;
     for (int i = 0; i < n; i++)
@@ -205,7 +232,7 @@ static bool check_options(struct setup *s)
         return false;
     }
     s->port[0] = '\0';
-    return true;
+    return check_numbers(s, &mount) && check_numbers(s, &size) && check_numbers(s, &range);
 }
 
 /* What to do about it. */
@@ -315,21 +342,48 @@ static void ask_current(struct setup *s)
     }
 }
 
+/* From here on the beams are as high as the vehicle with its margin; rounded up. */
+static double near_m(const struct setup *s)
+{
+    const double height_m = s->size_answered ? s->size_m[2] : HEIGHT_M;
+    const double seen_deg = PING360_HALF_FAN_DEG - 1.5 * ANGULAR_STEP_DEG;
+    const double off_m = s->mount_answered ? fabs(s->mount_m[2]) : 0;
+    return ceil((height_m / 2 + MARGIN_M + off_m) / sin(seen_deg * M_PI / 180) * 10) / 10;
+}
+
+/* As far as the sonar will listen. */
+static double range_m(const struct setup *s)
+{
+    return s->current_answered && is_ping360(s) && !s->range_answered ? QUICK_RANGE_M : s->range_m;
+}
+
+/* Is there a distance that can be promised? It is known of a Ping360's beam alone, and sonard takes none beyond the
+ * range. */
+static bool has_near(const struct setup *s)
+{
+    return is_ping360(s) && near_m(s) <= range_m(s);
+}
+
+/* Behind mount and size, which say how far the promise reaches, and behind the water, of which it is. */
+static bool ask_near(struct setup *s)
+{
+    char question[LINE_MAX_];
+    snprintf(
+        question, sizeof question,
+        "A promise: does every obstacle within %.1f m reach from the bottom to the surface, as a pool's walls "
+        "do, y or n?",
+        near_m(s));
+    return given(s, "near") || (has_near(s) && ask_yes(s, question));
+}
+
 static void ask_all(struct setup *s)
 {
-    static const struct question mount = {
-        "mount_m", "Where is the transducer: forward, right, down of the vehicle's middle, in m?", 3, -50, 50};
-    static const struct question size = {"size_m", "How large is the vehicle: length, width, height in m?", 3,
-                                         0.05, 50};
-    static const struct question range = {"range_m", "How far is it to listen, in m?", 1, 0.75, 200};
     s->mount_answered = ask_numbers(s, &mount, s->mount_m);
     s->upside_down = given(s, "upside_down") || ask_yes(s, "Is it mounted upside down, y or n?");
     s->size_answered = ask_numbers(s, &size, s->size_m);
     s->range_answered = ask_numbers(s, &range, &s->range_m);
     ask_current(s);
-    s->promises_near =
-        given(s, "near") ||
-        (is_ping360(s) && ask_yes(s, "Does every obstacle reach from the bottom to the surface, y or n?"));
+    s->promises_near = ask_near(s);
 }
 
 static void write_port(const struct setup *s, FILE *out)
@@ -343,33 +397,29 @@ static void write_port(const struct setup *s, FILE *out)
     fprintf(out, "port = %s\n", s->port);
 }
 
-/* It is for the user to promise: else written as a comment. */
+/* What the user did not promise is written as a comment. */
 static void write_near(const struct setup *s, FILE *out)
 {
-    const double height_m = s->size_answered ? s->size_m[2] : HEIGHT_M;
-    const double seen_deg = PING360_HALF_FAN_DEG - 1.5 * ANGULAR_STEP_DEG;
-    const double off_m = s->mount_answered ? fabs(s->mount_m[2]) : 0;
-    const double near_m = (height_m / 2 + MARGIN_M + off_m) / sin(seen_deg * M_PI / 180);
     fprintf(
         out,
         "# A level head does not see what is close above and below it: without this `limit` allows a crawl only.\n"
         "%s that nothing stands so near out of the beams' sight (docs/devices/ping360.md).\n%snear = %.1f m\n",
-        s->promises_near ? "# A promise:" : "# Remove the # to promise", s->promises_near ? "" : "#",
-        ceil(near_m * 10) / 10);
+        s->promises_near ? "# A promise:" : "# Remove the # to promise", s->promises_near ? "" : "#", near_m(s));
 }
 
-/* Only what was found or answered: the rest stays as sonard.conf or the defaults have it. */
 /* Without a position water is clear for seconds: turns must be quick (config/scenes/bluerov2-stock.conf). */
 static void write_scan(const struct setup *s, FILE *out)
 {
     if (!s->current_answered || !is_ping360(s))
         return;
     if (!s->range_answered)
-        fprintf(out, "# Without a position a quick turn is worth more than what is far away.\nrange = 10 m\n");
+        fprintf(out, "# Without a position a quick turn is worth more than what is far away.\nrange = %g m\n",
+                range_m(s));
     fprintf(out, "# Every second step: half the time for a turn, and the beams of 2 deg still overlap.\n"
                  "step = 1.8 deg\n");
 }
 
+/* Only what was found or answered: the rest stays as sonard.conf or the defaults have it. */
 static void write_conf(const struct setup *s, FILE *out)
 {
     const double radius_m = hypot(s->size_m[0], s->size_m[1]) / 2;
@@ -393,7 +443,7 @@ static void write_conf(const struct setup *s, FILE *out)
             s->mount_m[0], s->mount_m[1], s->mount_m[2]);
     if (s->upside_down)
         fprintf(out, "# It hangs upside down: left is right without this.\nrotation = 180 0 0 deg\n");
-    if (s->size_answered || s->current_answered || is_ping360(s))
+    if (s->size_answered || s->current_answered || has_near(s))
         fprintf(out, "\n[vehicle]\n");
     if (s->size_answered)
         fprintf(out,
@@ -407,7 +457,7 @@ static void write_conf(const struct setup *s, FILE *out)
             "its drift\n# (docs/without-a-dvl.md); without it nothing is clear for long.\ncurrent = %g m/s\n"
             "# A promise: it never goes faster over ground. Less is better, if it is true.\nmax_speed = 1.5 m/s\n",
             s->current_mps);
-    if (is_ping360(s))
+    if (has_near(s))
         write_near(s, out);
     if (s->current_answered)
         fprintf(out, "\n[answers]\n"
@@ -428,10 +478,15 @@ static void judge_mount(const struct setup *s)
             m[0], m[1], m[2], ceil(radius_m * 1e3) / 1e3, half_m);
 }
 
-/* How far the promise has to reach is known of a Ping360's beam alone. */
+/* A promise that was given and not written, or cannot be given. */
 static void judge_near(const struct setup *s)
 {
-    if (s->promises_near && !is_ping360(s))
+    if (is_ping360(s) && !has_near(s))
+        fprintf(stderr,
+                "sonarctl setup: warning: near is left out: it would be %.1f m, beyond the range of %g m, and "
+                "without it `limit` allows a crawl only: listen farther\n",
+                near_m(s), range_m(s));
+    else if (s->promises_near && !is_ping360(s))
         fprintf(stderr,
                 "sonarctl setup: warning: --near is for a Ping360 and was left out for %s: set near in [vehicle] "
                 "yourself, see sonard.conf(5)\n",

@@ -60,6 +60,12 @@ def options(bench):
     check("near" not in done.stdout and "--near is for a Ping360 and was left out for micron" in done.stderr, done.stdout + done.stderr)
     done = setup(bench, "--device", "ping360", "--port", "serial:/dev/ttyUSB0:115200", "--mount", "0,0,-0.4", "--near", "--output", "-")
     check("\nnear = 5.8 m\n" in done.stdout and "# A promise: that nothing" in done.stdout, done.stdout)
+    tank = ("--device", "ping360", "--port", "serial:/dev/ttyUSB0:115200", "--range", "2")
+    for more in ((), ("--near",), ("--near", "--current", "0.05")):
+        short = setup(bench, *tank, *more, "--output", "-")
+        check("near" not in short.stdout and "near is left out: it would be 3.4 m, beyond the range of 2 m" in short.stderr, short.stdout + short.stderr)
+        checked = bench.run(SONARD, "--check", bench.write("short.conf", short.stdout))
+        check(checked.returncode == 0, checked.stderr)
     promised = bench.write("near.conf", done.stdout.replace("#near", "near"))
     checked = bench.run(SONARD, "--check", promised)
     check(checked.returncode == 0 and "near" not in checked.stdout.replace(promised, ""), checked.stdout)
@@ -112,6 +118,8 @@ def refused(bench):
                                   (("--port", "udp:bluerov"), 3, "must be an address and a port number"),
                                   (("--device", "micron", "--port", "/dev/null", "--name", "a b"), 3, "--name: expected"),
                                   (("--range", "500"), 3, "0.75 to 200"),
+                                  (("--size", "1,0,0.5"), 3, "--size: expected 3 numbers from 0.1 to 50"),
+                                  (("--mount", "99,0,0"), 3, "--mount: expected 3 numbers from -50 to 50"),
                                   (("--port", "/dev/null"), 2, "no sonar found at /dev/null; power, wiring, right port?"),
                                   (("--port", "can:can0"), 2, "serial lines, UDP and TCP only; give --device"),
                                   (("--port", bench.path("ttyUSB9")), 2, "no such port; find it with `ls /dev/serial/by-id`")):
@@ -176,6 +184,7 @@ def questions(bench):
     status, said = asked(out, b"blueview\nping360\n0.3 0\n0.3 0 0.1\nja\nYes\n\n12\nsea\nHarbour\ny\n")
     check(status == 0, said)
     check("supported: micron" in said and "expected 3 numbers" in said and "expected y or n" in said and "expected pool" in said and "fast does the water go" in said, said)
+    check("every obstacle within 3.2 m reach" in said, "not what is promised: " + said)
     with open(out, encoding="ascii") as f:
         text = f.read()
     for line in ("device = ping360", "mount = 0.3 0 0.1 m", "rotation = 180 0 0 deg", "range = 12 m", "radius = 0.287 m", "current = 0.3 m/s",
