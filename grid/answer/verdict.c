@@ -94,7 +94,8 @@ static bool counts_to(const struct verdict_part *part, double to_m)
 }
 
 /* Where along the line on which nothing was free the water begins within `near`, and then `near` itself: that and what
- * is tried after it do not depend on what was found before. Negative: nothing more is to be asked, or VERDICT_UNSOUGHT. */
+ * is tried after it do not depend on what was found before. Negative: nothing more is to be asked, or it is
+ * VERDICT_UNSOUGHT. */
 static double next_within(struct verdict *v, struct verdict_part *part)
 {
     if (counts_to(part, verdict_near_m(v)))

@@ -65,7 +65,7 @@ static bool seek(struct verdict *v, const struct verdict_part *part, double most
     return isfinite(*begin_m) || v->sought_m >= most_m;
 }
 
-/* Where beyond from_m that is, or a corridor leaves the tile; INFINITY: nowhere; VERDICT_UNSOUGHT: to be called again. */
+/* The tile, or where a corridor leaves it. */
 double verdict_begins_m(struct verdict *v, const struct verdict_part *part, double from_m, double most_m)
 {
     const struct water_tile cone = tiles_cone(&part->tile);
