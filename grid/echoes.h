@@ -82,6 +82,15 @@ static inline void beam_frees_nothing(struct beam_echoes *beam)
     beam->hides = BEAM_HIDES_DEAF;
 }
 
+/** beam_ends_at - what stands there hides all behind it: nothing is free or heard farther than to_m. */
+static inline void beam_ends_at(struct beam_echoes *beam, float to_m)
+{
+    float *const ends[] = {&beam->free_to_m, &beam->heard_to_m, &beam->side_to_m, &beam->edge_to_m,
+                           &beam->surface_to_m};
+    for (unsigned i = 0; i < sizeof ends / sizeof *ends; i++)
+        *ends[i] = *ends[i] < to_m ? *ends[i] : to_m;
+}
+
 /* As struct ping: a fixed buffer of the pipeline's pool with room for max_beams. */
 struct echoes {
     uint64_t t_ns, t_in_ns; /* of the ping */

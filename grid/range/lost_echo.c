@@ -110,6 +110,7 @@ static void take_silence(struct lost_echo *l, struct echoes *e)
 
 bool lost_echo_run(struct lost_echo *l, struct echoes *e)
 {
+    shade_run(&l->shade, e);
     const bool came_back = came_back_run(&l->came_back, e);
     if (take_echoes(l, e))
         hear(l, e);

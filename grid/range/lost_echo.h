@@ -13,6 +13,7 @@
 
 #include "came_back.h"
 #include "grid/echoes.h"
+#include "shade.h"
 
 #define LOST_ECHO_PARTS 36 /* of a head's turn; a fan is divided into LOST_ECHO_FAN */
 #define LOST_ECHO_FAN   16
@@ -40,6 +41,7 @@ struct lost_echo {
     struct lost_echo_part part[LOST_ECHO_PARTS];
     struct lost_echo_row row[LOST_ECHO_ROWS];
     struct came_back came_back;
+    struct shade shade;
 };
 
 /**
@@ -50,7 +52,8 @@ struct lost_echo {
  * in its own direction frees nothing for 10 s. Six parts of a head (60 degrees) or 12 of a fan that lose theirs without
  * an echo between them are a doubt: nothing is free in any ping until the next echo. Returns whether there is one.
  *
- * A receiver that hears one ping in twenty has such an echo all the while: came_back says when that is a doubt.
+ * A receiver that hears one ping in twenty has such an echo all the while: came_back says when that is a doubt. What
+ * rings beside a head has not left because a beam does not show it: shade says when.
  * O(beams).
  */
 bool lost_echo_run(struct lost_echo *l, struct echoes *echoes);

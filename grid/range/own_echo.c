@@ -212,6 +212,15 @@ static void prove(struct own_echo_row *row, const struct own_echo_look *now, con
     row->proofs++;
 }
 
+/* The vehicle's own fades in one look or another, and does not leave: such a look has not seen through it. */
+static void miss(struct own_echo_row *row, struct beam_echoes *b)
+{
+    if (row->proofs < OWN_ECHO_PROOFS || ++row->misses == MOST_MISSES)
+        *row = (struct own_echo_row){0};
+    else
+        beam_ends_at(b, row->near_m);
+}
+
 static void mark_beam(struct own_echo *own, struct beam_echoes *b, const struct own_echo_look *now,
                       double width_rad)
 {
@@ -222,8 +231,8 @@ static void mark_beam(struct own_echo *own, struct beam_echoes *b, const struct 
     struct echo *echo = row->proofs ? find_echo(row, b, play_m) : begin_row(row, b);
     const bool known = row->proofs == OWN_ECHO_PROOFS;
     if (!echo) {
-        if (row->proofs && misses(row, b, play_m) && (!known || ++row->misses == MOST_MISSES))
-            *row = (struct own_echo_row){0};
+        if (row->proofs && misses(row, b, play_m))
+            miss(row, b);
         return;
     }
     row->misses = 0;

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * own_echo - which echoes are the vehicle's own: its frame, a thruster, a cable, which a turning head hears at the same
- * bearing and range wherever the vehicle goes. Marks such echoes and drops none; knows no samples, no map.
+ * bearing and range wherever the vehicle goes. Marks such echoes and drops none; where one is missed, the water ends
+ * all the same. Knows no samples, no map.
  *
  * A thing in the water that stays at one bearing and range of the head may be the vehicle's own, a thing beside a
  * vehicle that stands still, or a wall that it follows. Only the first turns with the vehicle. So it takes looks in the
@@ -59,7 +60,8 @@ void own_echo_init(struct own_echo *own);
  * newer than the last proof. The four are of directions 30 degrees apart. What a look by another bearing (two beam
  * widths off) shows, too, is no proof and begins anew; where it does, an own echo is not marked. Nor is one that is
  * nearer, or by 3 dB louder, than the learnt one, that is saturated, or that has no
- * level. Forgotten where three beams in a row should show it and do not, and before the fourth proof at once.
+ * level. Forgotten where three beams in a row should show it and do not, and before the fourth proof at once: nothing
+ * is free behind it in the first two of them.
  *
  * A look proves nothing once the heading may have drifted by half a beam width since, and shows what is beside by as
  * much as it may have. Nothing is learnt or marked without attitude and position (or velocity), or while the heading is

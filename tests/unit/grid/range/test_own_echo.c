@@ -77,6 +77,7 @@ static struct beam_echoes *look(double az_deg, double a_m, double b_m)
         beam.echo[beam.n++] =
             (struct echo){.range_m = (float)range_m[i], .near_m = near_m, .strength = 10, .level = scene.level};
     }
+    beam.free_to_m = beam.side_to_m = beam.heard_to_m;
     own_echo_run(&own, &ping, &mount);
     return &beam;
 }
@@ -487,6 +488,21 @@ TEST(what_is_not_heard_any_more_is_forgotten)
     CHECK_INT(look(180.0, 0.7, 0.0)->echo[0].flags, 0);
 }
 
+/* It fades in a turn or two, and whoever believed those would go through the frame's shadow. */
+TEST(nothing_is_free_behind_what_is_missed_until_it_is_forgotten)
+{
+    learn_frame();
+    for (int misses = 1; misses <= 3; misses++) {
+        const struct beam_echoes *b = look(180.0, 0.0, 0.0);
+        const float to_m = misses < 3 ? 0.68f : OPEN_M;
+        CHECK_NEAR((double)b->free_to_m, (double)to_m, 0, 1e-3);
+        CHECK_NEAR((double)b->side_to_m, (double)to_m, 0, 1e-3);
+        CHECK_NEAR((double)b->heard_to_m, (double)to_m, 0, 1e-3);
+        CHECK_NEAR((double)look(90.0, 0.0, 0.0)->free_to_m, (double)OPEN_M, 0, 1e-6);
+    }
+    CHECK_NEAR((double)look(170.0, 0.4, 0.0)->free_to_m, 0.38, 0, 1e-3); /* it hides the frame */
+}
+
 TEST(another_setting_begins_anew)
 {
     learn_frame();
@@ -629,6 +645,7 @@ int main(void)
     RUN(an_echo_without_a_level_is_never_its_own);
     RUN(a_thing_in_the_water_at_the_same_place_is_not_marked);
     RUN(what_is_not_heard_any_more_is_forgotten);
+    RUN(nothing_is_free_behind_what_is_missed_until_it_is_forgotten);
     RUN(another_setting_begins_anew);
     RUN(a_wide_part_is_learnt_from_its_ends);
     RUN(nothing_in_the_water_is_ever_its_own);
