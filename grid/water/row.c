@@ -49,6 +49,7 @@ struct column {
 
 struct writing {
     const struct row_shape *shape;
+    const struct row_beam *beam; /* the first one */
     struct row_room *room;
     struct column column[WATER_COLUMNS];
     uint32_t columns;
@@ -161,8 +162,8 @@ static void write_cells(const struct writing *w)
         for (uint32_t row = 0; row < ROW_ROWS; row++) {
             const enum row_part part = c->part > part_of_row[row] ? c->part : part_of_row[row];
             const double near_m = part == ROW_EDGE && w->nested ? c->beam->edge_near_m : c->beam->near_m;
-            w->room->cell[row * w->columns + i] =
-                row_cell(c->beam, part, fmax(near_m, w->shape->join_m[row]), ends_m);
+            const double join_m = w->shape->join_m ? w->shape->join_m[c->beam - w->beam][row] : 0;
+            w->room->cell[row * w->columns + i] = row_cell(c->beam, part, fmax(near_m, join_m), ends_m);
         }
     }
 }
@@ -178,7 +179,7 @@ static double nearest_m(const struct row_beam *beam, size_t n)
 void row_write(struct water_record *record, struct row_room *room, const struct row_shape *shape,
                const struct row_beam *beam, size_t n)
 {
-    struct writing w = {.shape = shape, .room = room};
+    struct writing w = {.shape = shape, .beam = beam, .room = room};
     for (size_t i = 0; i < n; i++)
         w.nested = w.nested || row_is_nested(&beam[i]);
     set_shares(&w, seam_share(shape, beam, n));

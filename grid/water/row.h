@@ -30,9 +30,10 @@ extern const double row_share[ROW_ROWS + 1];
 struct row_shape {
     double half_az_rad;
     double el_rad, half_el_rad; /* together within 80 degrees */
-    double join_m[ROW_ROWS];    /* from there on no two of them leave a gap between them, by row of the image */
-    double from_rad, to_rad;    /* azimuths where the first one's own part begins and the last one's ends ... */
-    double outer_rad[2];        /* ... and their openings: in between nothing ends what is older */
+    /* Of each beam: from there on it leaves no gap to those beside it, by row of the image; NULL: none ever does. */
+    const double (*join_m)[ROW_ROWS];
+    double from_rad, to_rad; /* azimuths where the first one's own part begins and the last one's ends ... */
+    double outer_rad[2];     /* ... and their openings: in between nothing ends what is older */
 };
 
 /* Room for a row; the record's image points into it. */

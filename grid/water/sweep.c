@@ -206,12 +206,12 @@ static double take_look(const struct sweep_look *look, const struct water_record
     return along_m;
 }
 
-/* From where on a beam leaves no gap to the one before it, from the row's place. */
-static void take_join(const struct sweep_look *look, double along_m, struct row_shape *shape)
+/* From where on a beam leaves no gap to the one before it, from the row's place: both are free from there on. */
+static void take_join(const struct sweep_look *look, double along_m, double join_m[ROW_ROWS])
 {
     for (int row = 0; row < ROW_ROWS; row++)
         if (look->join_m[row] > 0)
-            shape->join_m[row] = fmax(shape->join_m[row], look->join_m[row] + along_m);
+            join_m[row] = fmax(join_m[row], look->join_m[row] + along_m);
 }
 
 /* Of two beams in order of azimuth. */
@@ -227,7 +227,7 @@ void sweep_write(const struct sweep *s, struct water_record *record, struct row_
                             *oldest = &s->look[s->first];
     struct row_shape shape = middle->shape;
     struct row_beam beam[SWEEP_BEAMS];
-    double at_m[2];
+    double at_m[2], join_m[SWEEP_BEAMS][ROW_ROWS] = {{0}};
     *record = middle->at;
     record->t_ns = oldest->at.t_ns;
     record->newest_ns = newest->at.t_ns;
@@ -244,8 +244,10 @@ void sweep_write(const struct sweep *s, struct water_record *record, struct row_
         const int k = s->sense < 0 ? last - i : i - s->first, next = s->sense < 0 ? i - 1 : i + 1;
         const double along_m = take_look(&s->look[i], &middle->at, record, &beam[k]);
         beam[k].apart = next >= s->first && next <= last && are_apart(s, i, next);
+        if (i > 0 && !s->look[i].apart)
+            take_join(&s->look[i], along_m, join_m[k]);
         if (i > s->first && !s->look[i].apart)
-            take_join(&s->look[i], along_m, &shape);
+            take_join(&s->look[i], along_m, join_m[s->sense < 0 ? k + 1 : k - 1]);
     }
     const bool goes_on = s->first > 0 && !s->look[s->first].apart;
     const double begin = end_of(s, &middle->at, s->first, goes_on ? s->first - 1 : -1),
@@ -254,5 +256,6 @@ void sweep_write(const struct sweep *s, struct water_record *record, struct row_
     shape.to_rad = fmin(n == 1 ? shape.half_az_rad : fmax(begin, end), CUT_RAD);
     shape.outer_rad[0] = fmax(fmin(beam[0].az_rad - shape.half_az_rad, shape.from_rad), -CUT_RAD);
     shape.outer_rad[1] = fmin(fmax(beam[n - 1].az_rad + shape.half_az_rad, shape.to_rad), CUT_RAD);
+    shape.join_m = (const double(*)[ROW_ROWS])join_m;
     row_write(record, room, &shape, beam, (size_t)n);
 }
