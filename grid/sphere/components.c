@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "components.h"
 
+#include <string.h>
+
 /* GONE: removed, but a link of the tree until its component is settled. */
 enum component_state { CELL_FREE, CELL_IN, CELL_GONE };
 
@@ -8,6 +10,8 @@ enum component_state { CELL_FREE, CELL_IN, CELL_GONE };
 enum component_harm { HARM_NONE, HARM_SHRUNK, HARM_SPLIT };
 
 #define NEIGHBOURS_MAX 64 /* more are met at a pole only: taken for a split */
+
+#define SEARCH_MOST 256 /* cells, of one search */
 
 #define LAYERS_PER_BUCKET 4 /* those above and below are mostly in the same one */
 
@@ -133,7 +137,8 @@ static inline void touch_each(struct components *c, uint32_t i, touch_visit *vis
     for (unsigned r = 0; r < runs; r++)
         for (uint32_t k = 0; k < run[r].n; k++) {
             const uint32_t direction = rings_in(&run[r], k);
-            for (uint32_t from = lowest; from <= highest; from = (from / LAYERS_PER_BUCKET + 1) * LAYERS_PER_BUCKET)
+            for (uint32_t from = lowest; from <= highest;
+                 from = (from / LAYERS_PER_BUCKET + 1) * LAYERS_PER_BUCKET)
                 for (uint32_t at = *bucket_of(c, direction, from); at != COMPONENTS_NONE; at = c->cell[at].chain) {
                     const struct component_cell *cell = &c->cell[at];
                     if (cell->direction == direction && cell->layer >= from && cell->layer <= highest &&
@@ -230,9 +235,40 @@ static bool add_near(struct components *c, uint32_t other, void *context)
     return !near->more;
 }
 
+/* A search on its way around the cell `of`, for so many neighbours of it; c->work[n] were reached. */
+struct search {
+    uint32_t of, left, n;
+};
+
+static bool find_near(struct components *c, uint32_t other, void *context)
+{
+    struct search *s = context;
+    uint64_t *seen = &c->cell[other].seen;
+    if (other != s->of && *seen != c->searches) {
+        s->left -= *seen == c->searches - 1;
+        *seen = c->searches;
+        c->work[s->n++] = other;
+    }
+    return s->left > 0;
+}
+
+/* Do ways that go round farther away connect all neighbours? The first of them, `reached`, are connected. Of a
+ * component that is to be flooded anyway nothing is won, so all searches together go no farther than a flood would. */
+static bool find_around(struct components *c, const struct near *near, uint32_t reached)
+{
+    struct search s = {.of = near->of, .left = near->n - reached, .n = reached};
+    c->searches += 2;
+    for (uint32_t k = 0; k < near->n; k++)
+        c->cell[near->cell[k]].seen = k < reached ? c->searches : c->searches - 1;
+    memcpy(c->work, near->cell, reached * sizeof *c->work);
+    for (uint32_t k = 0; s.left > 0 && k < s.n && k < SEARCH_MOST && c->searched < c->used; k++, c->searched++)
+        touch_each(c, c->work[k], find_near, &s);
+    return s.left == 0;
+}
+
 /*
  * Do the neighbours of a cell stay connected among themselves? Then every path through the cell has one around it, and
- * its component stays whole without it. Otherwise it may fall apart, unless a path goes round farther away.
+ * its component stays whole without it. Otherwise it may fall apart.
  */
 static bool holds_without(struct components *c, uint32_t i)
 {
@@ -241,7 +277,7 @@ static bool holds_without(struct components *c, uint32_t i)
     touch_each(c, i, add_near, &near);
     for (uint32_t k = 0; k < reached && reached < near.n; k++)
         reached = bring_touching(c, &c->cell[near.cell[k]], near.cell, reached, near.n);
-    return reached >= near.n && !near.more;
+    return !near.more && (reached >= near.n || find_around(c, &near, reached));
 }
 
 static void take_out(struct components *c, uint32_t i)
@@ -376,6 +412,7 @@ void components_settle(struct components *c, uint64_t now_ns)
         else if (c->cell[root].harm == HARM_SHRUNK)
             shrink(c, root);
     }
+    c->searched = 0;
     while (c->leaving) {
         const uint32_t i = c->left[--c->leaving];
         c->cell[i].leaving = false;
