@@ -214,14 +214,11 @@ bool rings_next_ring(struct rings_visit *v)
 /* Cells of ring j that touch the part [p / n, (p + 1) / n] of a turn, in integers: edges that meet do meet. */
 static struct rings_run touching_in(const struct rings *rings, uint32_t j, uint32_t p, uint32_t n)
 {
-    uint64_t m = cells_of(rings, j);
-    uint64_t from = ((uint64_t)p * m + n - 1) / n + m - 1; /* ceil - 1, a turn added */
-    uint64_t to = ((uint64_t)p + 1) * m / n + m;
-    uint64_t count = to - from + 1;
-    return (struct rings_run){.start = rings->start[j],
-                              .cells = (uint32_t)m,
-                              .at = (uint32_t)(from % m),
-                              .n = (uint32_t)(count < m ? count : m)};
+    const uint32_t m = cells_of(rings, j);             /* products of two such fit well */
+    const uint32_t from = (p * m + n - 1) / n + m - 1; /* ceil - 1, a turn added */
+    const uint32_t to = (p + 1) * m / n + m, count = to - from + 1;
+    return (struct rings_run){
+        .start = rings->start[j], .cells = m, .at = from < m ? from : from - m, .n = count < m ? count : m};
 }
 
 static bool ends_in_pole(const struct rings *rings, uint32_t ring)

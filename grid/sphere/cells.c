@@ -175,3 +175,10 @@ uint32_t cells_insert(struct cells *c, uint32_t i, uint32_t direction)
     hang_in(c, i, direction, at);
     return i;
 }
+
+uint32_t cells_move(struct cells *c, uint32_t i, uint32_t direction, int32_t layer)
+{
+    unlink_cell(c, i);
+    c->cell[i].layer = (uint32_t)layer & LAYERS_MAX;
+    return cells_insert(c, i, layer < 0 ? RINGS_NONE : direction);
+}

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "components.h"
 
+#include <string.h>
+
 /* GONE: removed, but a link of the tree until its component is settled. */
 enum component_state { CELL_FREE, CELL_IN, CELL_GONE };
 
@@ -8,6 +10,8 @@ enum component_state { CELL_FREE, CELL_IN, CELL_GONE };
 enum component_harm { HARM_NONE, HARM_SHRUNK, HARM_SPLIT };
 
 #define NEIGHBOURS_MAX 64 /* more are met at a pole only: taken for a split */
+
+#define SEARCH_MOST 256 /* cells, of one search */
 
 #define LAYERS_PER_BUCKET 4 /* those above and below are mostly in the same one */
 
@@ -121,48 +125,28 @@ static void join_components(struct components *c, uint32_t a, uint32_t b)
 
 /* ---- neighbours ---- */
 
-/* A walk over the cells that are in and touch one. */
-struct touch {
-    const struct components *c;
+typedef bool touch_visit(struct components *c, uint32_t other, void *context);
+
+/* Visits the cells that are in and touch one, itself among them; until a visit returns false. The layers that touch lie
+ * in up to two buckets of a direction. */
+static inline void touch_each(struct components *c, uint32_t i, touch_visit *visit, void *context)
+{
+    const uint32_t layer = c->cell[i].layer, lowest = layer ? layer - 1 : 0, highest = layer + 1;
     struct rings_run run[3];
-    unsigned runs, r;
-    uint32_t k, lowest, highest; /* k counts the directions of a run, twice: the layers lie in up to two buckets */
-    uint32_t at;
-};
-
-static struct touch touch_begin(const struct components *c, uint32_t i)
-{
-    const struct component_cell *cell = &c->cell[i];
-    struct touch t = {.c = c, .at = COMPONENTS_NONE};
-    t.runs = rings_touching(c->rings, cell->direction, t.run);
-    t.lowest = cell->layer ? cell->layer - 1u : 0;
-    t.highest = cell->layer + 1u;
-    return t;
-}
-
-static bool touches(const struct touch *t, const struct component_cell *cell, uint32_t direction, uint32_t group)
-{
-    return cell->direction == direction && cell->layer / LAYERS_PER_BUCKET == group && cell->layer >= t->lowest &&
-           cell->layer <= t->highest && cell->state == CELL_IN;
-}
-
-/* The next neighbour (the cell itself among them), or COMPONENTS_NONE. */
-static uint32_t touch_next(struct touch *t)
-{
-    const uint32_t low = t->lowest / LAYERS_PER_BUCKET, two = t->highest / LAYERS_PER_BUCKET - low; /* 0 or 1 */
-    for (; t->r < t->runs; t->r++, t->k = 0) {
-        for (const struct rings_run *run = &t->run[t->r]; t->k < run->n << two; t->k++) {
-            const uint32_t direction = rings_in(run, t->k >> two), group = low + (t->k & two);
-            uint32_t i = t->at == COMPONENTS_NONE ? *bucket_of(t->c, direction, group * LAYERS_PER_BUCKET)
-                                                  : t->c->cell[t->at].chain;
-            while (i != COMPONENTS_NONE && !touches(t, &t->c->cell[i], direction, group))
-                i = t->c->cell[i].chain;
-            t->at = i;
-            if (i != COMPONENTS_NONE)
-                return i;
+    const unsigned runs = rings_touching(c->rings, c->cell[i].direction, run);
+    for (unsigned r = 0; r < runs; r++)
+        for (uint32_t k = 0; k < run[r].n; k++) {
+            const uint32_t direction = rings_in(&run[r], k);
+            for (uint32_t from = lowest; from <= highest;
+                 from = (from / LAYERS_PER_BUCKET + 1) * LAYERS_PER_BUCKET)
+                for (uint32_t at = *bucket_of(c, direction, from); at != COMPONENTS_NONE; at = c->cell[at].chain) {
+                    const struct component_cell *cell = &c->cell[at];
+                    if (cell->direction == direction && cell->layer >= from && cell->layer <= highest &&
+                        cell->layer / LAYERS_PER_BUCKET == from / LAYERS_PER_BUCKET && cell->state == CELL_IN &&
+                        !visit(c, at, context))
+                        return;
+                }
         }
-    }
-    return COMPONENTS_NONE;
 }
 
 /* ---- cells come and go ---- */
@@ -177,11 +161,15 @@ static void set_seed(struct components *c, uint32_t i, bool seed)
     c->cell[i].seed = seed;
 }
 
+static bool join_with(struct components *c, uint32_t other, void *context)
+{
+    join_components(c, *(const uint32_t *)context, other);
+    return true;
+}
+
 static void join_touching(struct components *c, uint32_t i)
 {
-    struct touch t = touch_begin(c, i);
-    for (uint32_t other; (other = touch_next(&t)) != COMPONENTS_NONE;)
-        join_components(c, i, other);
+    touch_each(c, i, join_with, &i);
 }
 
 static void come_in(struct components *c, uint32_t i)
@@ -231,24 +219,65 @@ static uint32_t bring_touching(const struct components *c, const struct componen
     return from;
 }
 
+/* Neighbours of a cell. */
+struct near {
+    uint32_t of, n, cell[NEIGHBOURS_MAX];
+    bool more;
+};
+
+static bool add_near(struct components *c, uint32_t other, void *context)
+{
+    struct near *near = context;
+    (void)c;
+    near->more = other != near->of && near->n == NEIGHBOURS_MAX;
+    if (other != near->of && !near->more)
+        near->cell[near->n++] = other;
+    return !near->more;
+}
+
+/* A search on its way around the cell `of`, for so many neighbours of it; c->work[n] were reached. */
+struct search {
+    uint32_t of, left, n;
+};
+
+static bool find_near(struct components *c, uint32_t other, void *context)
+{
+    struct search *s = context;
+    uint64_t *seen = &c->cell[other].seen;
+    if (other != s->of && *seen != c->searches) {
+        s->left -= *seen == c->searches - 1;
+        *seen = c->searches;
+        c->work[s->n++] = other;
+    }
+    return s->left > 0;
+}
+
+/* Do ways that go round farther away connect all neighbours? The first of them, `reached`, are connected. Of a
+ * component that is to be flooded anyway nothing is won, so all searches together go no farther than a flood would. */
+static bool find_around(struct components *c, const struct near *near, uint32_t reached)
+{
+    struct search s = {.of = near->of, .left = near->n - reached, .n = reached};
+    c->searches += 2;
+    for (uint32_t k = 0; k < near->n; k++)
+        c->cell[near->cell[k]].seen = k < reached ? c->searches : c->searches - 1;
+    memcpy(c->work, near->cell, reached * sizeof *c->work);
+    for (uint32_t k = 0; s.left > 0 && k < s.n && k < SEARCH_MOST && c->searched < c->used; k++, c->searched++)
+        touch_each(c, c->work[k], find_near, &s);
+    return s.left == 0;
+}
+
 /*
  * Do the neighbours of a cell stay connected among themselves? Then every path through the cell has one around it, and
- * its component stays whole without it. Otherwise it may fall apart, unless a path goes round farther away.
+ * its component stays whole without it. Otherwise it may fall apart.
  */
-static bool holds_without(const struct components *c, uint32_t i)
+static bool holds_without(struct components *c, uint32_t i)
 {
-    uint32_t near[NEIGHBOURS_MAX], n = 0, reached = 1;
-    struct touch t = touch_begin(c, i);
-    for (uint32_t other; (other = touch_next(&t)) != COMPONENTS_NONE;) {
-        if (other == i)
-            continue;
-        if (n == NEIGHBOURS_MAX)
-            return false;
-        near[n++] = other;
-    }
-    for (uint32_t k = 0; k < reached && reached < n; k++)
-        reached = bring_touching(c, &c->cell[near[k]], near, reached, n);
-    return reached >= n;
+    struct near near = {.of = i};
+    uint32_t reached = 1;
+    touch_each(c, i, add_near, &near);
+    for (uint32_t k = 0; k < reached && reached < near.n; k++)
+        reached = bring_touching(c, &c->cell[near.cell[k]], near.cell, reached, near.n);
+    return !near.more && (reached >= near.n || find_around(c, &near, reached));
 }
 
 static void take_out(struct components *c, uint32_t i)
@@ -276,29 +305,37 @@ bool components_remove(struct components *c, uint32_t direction, uint16_t layer)
 
 /* ---- settling ---- */
 
+/* A flood on its way from `root`, with so many cells of c->work whose neighbours have not been reached yet. */
+struct flood {
+    uint32_t root, n;
+};
+
+static bool reach(struct components *c, uint32_t i, void *context)
+{
+    struct flood *f = context;
+    struct component_cell *cell = c->cell, *root = &cell[f->root];
+    if (cell[i].parent != COMPONENTS_NONE)
+        return true;
+    cell[i].parent = f->root;
+    cell[i].next = root->next;
+    cell[i].prev = f->root;
+    cell[root->next].prev = i;
+    root->next = i;
+    root->own.cells++;
+    root->own.seeds += cell[i].seed;
+    c->work[f->n++] = i;
+    return true;
+}
+
 /* Takes the cells connected to `root` into a tree of depth one and a circle of its own. */
 static void flood(struct components *c, uint32_t root)
 {
-    struct component_cell *cell = c->cell;
-    uint32_t n = 0;
-    cell[root].parent = cell[root].next = cell[root].prev = root;
-    cell[root].own = (struct component){.cells = 1, .seeds = cell[root].seed};
-    c->work[n++] = root;
-    while (n) {
-        struct touch t = touch_begin(c, c->work[--n]);
-        for (uint32_t i; (i = touch_next(&t)) != COMPONENTS_NONE;) {
-            if (cell[i].parent != COMPONENTS_NONE)
-                continue;
-            cell[i].parent = root;
-            cell[i].next = cell[root].next;
-            cell[i].prev = root;
-            cell[cell[root].next].prev = i;
-            cell[root].next = i;
-            cell[root].own.cells++;
-            cell[root].own.seeds += cell[i].seed;
-            c->work[n++] = i;
-        }
-    }
+    struct flood f = {root, 1};
+    c->cell[root].parent = c->cell[root].next = c->cell[root].prev = root;
+    c->cell[root].own = (struct component){.cells = 1, .seeds = c->cell[root].seed};
+    c->work[0] = root;
+    while (f.n)
+        touch_each(c, c->work[--f.n], reach, &f);
 }
 
 /* The component's cells that are in, in no tree any more, linked by the labels that only roots need; the first. */
@@ -375,6 +412,7 @@ void components_settle(struct components *c, uint64_t now_ns)
         else if (c->cell[root].harm == HARM_SHRUNK)
             shrink(c, root);
     }
+    c->searched = 0;
     while (c->leaving) {
         const uint32_t i = c->left[--c->leaving];
         c->cell[i].leaving = false;

@@ -39,6 +39,7 @@ struct component_cell {
     uint32_t next, prev; /* circle of all cells of the component */
     uint32_t chain;      /* in the table's bucket; in the list of free cells */
     uint32_t round;      /* in which it was put last */
+    uint64_t seen;       /* by which search last */
 };
 
 struct components {
@@ -51,8 +52,10 @@ struct components {
     uint32_t used;       /* cells that are in */
     uint32_t leaving;    /* how many */
     uint32_t round;
-    uint32_t labels; /* given out so far */
-    bool turned;     /* directions were numbered anew: who touches whom is not as it was */
+    uint32_t labels;   /* given out so far */
+    uint64_t searches; /* for ways around cells that left, twice how many there were ... */
+    uint32_t searched; /* ... and cells that they went through since the last settling */
+    bool turned;       /* directions were numbered anew: who touches whom is not as it was */
 };
 
 /** components_bytes - memory for components_init; room in [1, 2^24]. */
@@ -69,12 +72,13 @@ void components_init(struct components *c, void *memory, const struct rings *rin
  */
 uint32_t components_put(struct components *c, uint32_t direction, uint16_t layer, bool seed, uint64_t now_ns);
 
-/** components_remove - the cell is out; false: it was not in. What hangs together is right again after settling. */
+/** components_remove - the cell is out; false: it was not in. What hangs together is right again after settling. Cost:
+ * its neighbours; where they do not touch each other, a search for a way around. */
 bool components_remove(struct components *c, uint32_t direction, uint16_t layer);
 
 /**
- * components_settle - take what left since the last time out of its component, and flood this anew if the neighbours
- * of what left did not hang together. Cost: the cells of these components; of those that are not flooded, a walk.
+ * components_settle - take what left since the last time out of its component, and flood this anew if no way was found
+ * around what left. Cost: the cells of these components; of those that are not flooded, a walk.
  */
 void components_settle(struct components *c, uint64_t now_ns);
 

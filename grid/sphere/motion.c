@@ -45,20 +45,13 @@ static void merge(const struct sphere *s, struct cell *c, const struct cell *oth
 static void move_cell(struct sphere *s, uint32_t index, uint32_t d, int32_t layer)
 {
     const struct cell old = s->cells.cell[index];
-    state_release(s, index);
-    if (layer < 0 || d == RINGS_NONE)
+    state_mark(s, old.direction);
+    const uint32_t there = cells_move(&s->cells, index, d, layer);
+    if (there == CELLS_NONE)
         return;
-    struct cell *c = state_take(s, d, (uint16_t)layer); /* there is room: it was just made */
-    if (c->echoes) {
-        merge(s, c, &old);
-    } else {
-        uint32_t next = c->next;
-        *c = old;
-        c->next = next;
-        c->direction = d & CELLS_DIRECTION;
-        c->layer = (uint32_t)layer & LAYERS_MAX;
-    }
     state_mark(s, d);
+    if (there != index)
+        merge(s, &s->cells.cell[there], &old);
 }
 
 static void place_cell(struct sphere *s, uint32_t index, double way_m, uint64_t t_ns)
@@ -72,7 +65,7 @@ static void place_cell(struct sphere *s, uint32_t index, double way_m, uint64_t 
     const uint32_t d = stays ? cell->direction : sphere_holding(s, v);
     if (d != cell->direction || layer != cell->layer)
         move_cell(s, index, d, layer);
-    else if (s->layers.edge[layer] < s->nearest_m)
+    if (layer >= 0 && s->layers.edge[layer] < s->nearest_m)
         s->nearest_m = s->layers.edge[layer];
 }
 

@@ -29,12 +29,6 @@ uint32_t state_ms(const struct sphere *s, uint64_t t_ns)
     return ms < UINT32_MAX ? (uint32_t)ms : UINT32_MAX;
 }
 
-void state_release(struct sphere *s, uint32_t i)
-{
-    state_mark(s, s->cells.cell[i].direction);
-    cells_release(&s->cells, i);
-}
-
 struct cell *state_take(struct sphere *s, uint32_t direction, uint16_t layer)
 {
     uint32_t evicted, i = cells_take(&s->cells, direction, layer, &evicted);

@@ -122,7 +122,4 @@ static inline double state_way_error_m(const struct sphere *s, double way_m, uin
  * NULL: there is none at all. */
 struct cell *state_take(struct sphere *s, uint32_t direction, uint16_t layer);
 
-/** state_release - cell i is no more. */
-void state_release(struct sphere *s, uint32_t i);
-
 #endif

@@ -152,6 +152,25 @@ TEST(without_the_bridge_the_larger_part_keeps_the_label)
     CHECK_INT(components_of(&components, small)->label, label);
 }
 
+/* No label is spent on a part that a flood would find to be the whole. */
+TEST(a_circle_holds_the_long_way_round_until_its_second_gap)
+{
+    CHECK(rings_level(&rings, geo_rad(5), geo_rad(10)));
+    begin();
+    for (uint32_t d = 0; d < rings.n; d++)
+        put(d, 5);
+    const uint32_t labels = components.labels;
+    CHECK(components_remove(&components, 12, 5));
+    components_settle(&components, 2000);
+    CHECK_INT(count(), 1);
+    CHECK_INT(components.labels, labels);
+    CHECK_INT(components_of(&components, put(50, 5))->cells, rings.n - 1);
+    CHECK(components_remove(&components, 40, 5));
+    components_settle(&components, 3000);
+    CHECK_INT(count(), 2);
+    CHECK_INT(components_of(&components, put(20, 5))->cells, 27);
+}
+
 TEST(a_broken_component_that_joins_a_larger_one_is_settled_all_the_same)
 {
     CHECK(rings_level(&rings, geo_rad(5), geo_rad(10)));
@@ -363,6 +382,7 @@ int main(void)
     RUN(the_seam_is_no_border_and_two_layers_are);
     RUN(all_cells_are_one_component);
     RUN(without_the_bridge_the_larger_part_keeps_the_label);
+    RUN(a_circle_holds_the_long_way_round_until_its_second_gap);
     RUN(a_broken_component_that_joins_a_larger_one_is_settled_all_the_same);
     RUN(what_is_not_put_again_is_gone);
     RUN(a_full_pool_refuses_and_keeps_what_it_has);
