@@ -6,11 +6,17 @@
 
 #define TEXT_MAX 200
 
+uint64_t pose_input_told(uint64_t t_ns, uint64_t unix_offset_ns, double *t_unix)
+{
+    *t_unix = (double)(t_ns + unix_offset_ns) * 1e-9;
+    const uint64_t told_ns = (uint64_t)(*t_unix * 1e9);
+    return told_ns > unix_offset_ns ? told_ns - unix_offset_ns : 0;
+}
+
 /* As it came: a replay dates it back. 17 digits read back to the same bits. */
-static void record_pose(struct pose_input *in, const struct pose *p)
+static void record_pose(struct pose_input *in, const struct pose *p, double t_unix)
 {
     char text[TEXT_MAX];
-    double t_unix = (double)(p->t_ns + in->unix_offset_ns) * 1e-9;
     int n;
     if (!in->record)
         return;
@@ -27,12 +33,13 @@ static void record_pose(struct pose_input *in, const struct pose *p)
 static bool take_pose(struct pose_input *in, const char *sender, const struct pose *came)
 {
     struct pose p = *came;
-    p.t_ns = pose_log_dated(in->poses, came->t_ns);
+    double t_unix;
+    p.t_ns = pose_log_dated(in->poses, pose_input_told(came->t_ns, in->unix_offset_ns, &t_unix));
     if (!pose_log_put(in->poses, &p))
         return false;
     pose_log_sent_by(in->poses, p.has, sender);
     in->taken(in->ctx, &p);
-    record_pose(in, came);
+    record_pose(in, came, t_unix);
     return true;
 }
 

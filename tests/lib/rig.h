@@ -60,7 +60,7 @@ struct rig {
     bool unplaced;                        /* poses tell the attitude alone */
     double turn_dps;                      /* of the vehicle, from the next step on */
     double north_mps, north_m;            /* likewise; poses tell where it is, the scene does not move */
-    uint64_t heard;                       /* a checksum of the pings so far: times, bearings, flags */
+    uint64_t heard;                       /* a checksum of the pings so far: times, flags, bearings, poses */
     int64_t clock_off_ns;                 /* by what the computer's clock was set */
     struct clock_note clock_note;
     char path[64], dir[48]; /* of the socket */
@@ -246,13 +246,20 @@ static uint64_t rig_ping_time(void *ctx, const struct source *source, const stru
     return ping->t_ns;
 }
 
+static void rig_hear(const void *data, size_t n)
+{
+    for (const uint8_t *byte = data; n-- > 0; byte++)
+        rig.heard = (rig.heard ^ *byte) * 0x100000001b3u;
+}
+
 static void rig_on_ping(void *ctx, struct source *source, const struct ping *ping)
 {
     struct methods_env *d = ctx;
-    const uint64_t said[] = {ping->t_ns - (d->replay ? RIG_EPOCH_NS : 0), ping->flags, ping->head_units,
-                             ping->n_bins};
-    for (size_t i = 0; i < sizeof said / sizeof *said; i++)
-        rig.heard = (rig.heard ^ said[i]) * 0x100000001b3u;
+    const uint64_t numbers[] = {ping->t_ns - (d->replay ? RIG_EPOCH_NS : 0), ping->flags, ping->head_units,
+                                ping->n_bins};
+    rig_hear(numbers, sizeof numbers);
+    rig_hear(ping->pose.attitude, sizeof ping->pose.attitude);
+    rig_hear(ping->pose.position_m, sizeof ping->pose.position_m);
     template_ping(&d->templates, source_index(source), ping);
 }
 
