@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "pose_input.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -35,6 +36,8 @@ static bool take_pose(struct pose_input *in, const char *sender, const struct po
     struct pose p = *came;
     double t_unix;
     p.t_ns = pose_log_dated(in->poses, pose_input_told(came->t_ns, in->unix_offset_ns, &t_unix));
+    if (p.has & POSE_ATTITUDE)
+        quat_normalise(p.attitude); /* as whoever reads it in a capture does: to the bit */
     if (!pose_log_put(in->poses, &p))
         return false;
     pose_log_sent_by(in->poses, p.has, sender);
@@ -70,6 +73,7 @@ bool pose_input_heading(struct pose_input *in, uint64_t t_ns, double heading_rad
     }
     p.t_ns = t_ns;
     p.has = POSE_ATTITUDE;
-    quat_from_rpy(0, 0, heading_rad, p.attitude);
+    p.attitude[0] = cos(heading_rad / 2); /* and no -0, which JSON does not keep */
+    p.attitude[3] = sin(heading_rad / 2);
     return take_pose(in, "the NMEA source", &p);
 }

@@ -307,13 +307,16 @@ static void rig_configure(const char *more)
     plan_make(&d->conf, &d->plan);
 }
 
-static void rig_make_parts(void)
+/* from_ns: of a virtual clock, the first time that it shows; main sets it before all else, too. */
+static void rig_make_parts(uint64_t from_ns)
 {
     struct methods_env *d = &rig.d;
     struct pipeline_conf p;
     struct pose_drift drift;
     struct fault fault = {""};
     rig_must((d->loop = loop_new(d->replay)) != NULL, "loop", &fault);
+    if (d->replay)
+        loop_advance(d->loop, from_ns);
     d->unix_offset_ns = d->replay ? 0 : RIG_EPOCH_NS;
     d->start_ns = loop_now(d->loop);
     wiring_pipeline(&d->conf, &d->plan, false, &p);
@@ -426,7 +429,7 @@ static void rig_start(const char *scene, const char *conf)
     line_init(&rig.sim.line, NULL, RIG_BAUD, 1);
     rig_far->start(rig_now_ns);
     rig_configure(conf);
-    rig_make_parts();
+    rig_make_parts(0);
     rig_serve();
     source_start(rig.d.source[0]);
     steering_start(&rig.steering, &(struct steering_env){.loop = rig.d.loop,
@@ -558,9 +561,8 @@ static inline void rig_replay(const char *path, const char *conf)
     struct replay *replay = replay_open(path, 0, &fault);
     rig_must(replay != NULL, "capture", &fault);
     d->told = replay_told(replay, &d->conf);
-    rig_make_parts();
+    rig_make_parts(replay_start(replay));
     rig_serve();
-    loop_advance(d->loop, replay_start(replay));
     source_start(d->source[0]);
     rig_set_reload(NULL);
     const struct replay_env env = {.loop = d->loop,

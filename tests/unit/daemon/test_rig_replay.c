@@ -9,8 +9,6 @@
 
 #include "daemon/options.h"
 
-#include "daemon/options.h"
-
 #define SCENE "box -6 9 -5 7 -20 20\ncylinder 4 1 0.5\n"
 #define GRID  "[grid]\nangular_step = 6 deg\n"
 #define WORLD                                                                                                     \
@@ -264,6 +262,41 @@ TEST(of_poses_that_stop_the_same)
     dive("step = 3.6 deg\n", "", poses_stop, 0);
 }
 
+/* The process is held up twice, once between its look and its read: bytes and poses wait, and nobody knows since when. */
+static void stalls(void)
+{
+    run_and_ask(1, 5);
+    rig_hold(3);
+    run_and_ask(2, 0.3);
+    rig_hold_in_turn(1.5);
+    run_and_ask(2, 0.7);
+    rig_command("silent 3");
+    rig_hold(2);
+    run_and_ask(4, 0.6);
+}
+
+TEST(of_a_process_that_was_held_up_the_same)
+{
+    dive("step = 3.6 deg\n", "", stalls, 1);
+}
+
+/* In place of a client's poses. */
+static void headings(void)
+{
+    static const char *const said[] = {"$GPHDT,200.0,T*37\r\n", "$GPHDT,210.0,T*36\r\n"};
+    rig.pose_every_ns = 0;
+    for (int i = 0; i < 12; i++) {
+        CHECK_INT(write(rig.instrument, said[i % 2], strlen(said[i % 2])), strlen(said[i % 2]));
+        rig_run(0.53);
+    }
+    run_and_ask(4, 1);
+}
+
+TEST(of_headings_of_an_instrument_that_stops_the_same)
+{
+    dive("step = 3.6 deg\n", RIG_NMEA, headings, 0);
+}
+
 static char conf_path[80];
 
 static void load(const char *sonar, const char *grid, const char *more)
@@ -351,6 +384,8 @@ int main(void)
     RUN(of_a_port_that_is_pulled_out_and_put_back_the_same);
     RUN(of_a_port_that_is_opened_anew_the_same);
     RUN(of_poses_that_stop_the_same);
+    RUN(of_a_process_that_was_held_up_the_same);
+    RUN(of_headings_of_an_instrument_that_stops_the_same);
     RUN(of_settings_that_are_reloaded_the_same);
     RUN(of_a_head_that_is_steered_the_same);
     RUN(of_a_recording_that_begins_late_nothing_surer);
