@@ -20,8 +20,8 @@
 #define UNDATED_MAX_DEG 2.5
 #define UNDATED_MAX_M   0.5
 
-#define STATE_AGAIN_NS                                                                                            \
-    1000000000u /* a capture is told the state so often: it may begin, or have a gap, anywhere */
+/* A capture is told the state so often: it may begin, or have a gap, anywhere. */
+#define STATE_AGAIN_NS 1000000000u
 
 #define BACKLOG_NS 1000000000u /* a device's deadline waits no longer for what came late to be read */
 
@@ -50,6 +50,7 @@ struct source {
     struct source_event
         state; /* that the capture was told last, or in a replay tells; at first there is no port */
     struct loop_timer state_again;
+    bool stirred;              /* since then anything came, or the device was told something */
     struct source_event looks; /* what the device was told last */
     bool stopping;
     uint64_t arrived_ns; /* what was read last */
@@ -82,22 +83,33 @@ static struct source_event state_of(const struct source *s)
         .kind = SOURCE_STATE, .open = input_port_is_open(&s->line), .state = status.state};
 }
 
+static void tell_state(struct source *s, uint64_t now_ns)
+{
+    s->state = state_of(s);
+    s->stirred = false;
+    keep_event(s, &s->state, now_ns);
+    loop_arm(s->env.loop, &s->state_again, now_ns + STATE_AGAIN_NS);
+}
+
+/* Where nothing stirs, nothing is told: a replay skips a minute without a message. */
 static void on_state_again(void *ctx, uint64_t now_ns)
 {
     struct source *s = ctx;
-    s->state = state_of(s);
-    keep_event(s, &s->state, now_ns);
-    loop_arm(s->env.loop, &s->state_again, now_ns + STATE_AGAIN_NS);
+    if (s->stirred)
+        tell_state(s, now_ns);
+    else
+        loop_arm(s->env.loop, &s->state_again, now_ns + STATE_AGAIN_NS);
 }
 
 /* After all that may have changed it. */
 static void keep_state(struct source *s)
 {
+    s->stirred = true;
     if (!s->env.record || s->stopping)
         return;
     const struct source_event state = state_of(s);
     if (state.open != s->state.open || state.state != s->state.state)
-        on_state_again(s, loop_now(s->env.loop));
+        tell_state(s, loop_now(s->env.loop));
 }
 
 /* The device counts from when its bytes came, lag_ns ago; what it sent because of them it sent only now. In a replay
@@ -593,7 +605,7 @@ void source_start(struct source *s)
         return;
     }
     if (s->env.record)
-        on_state_again(s, loop_now(s->env.loop));
+        tell_state(s, loop_now(s->env.loop));
     open_mirror(s);
     input_port_start(&s->line);
 }
