@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * source_event - what befalls a sonar beside the bytes that come, as a capture keeps it on the channel /NAME/events: what
- * its device was told, and the state that it was in then. With the bytes that is all that a device ever learns, so a
- * replay that tells it the same in the same order has the same pings. Each message is a JSON object. Knows no source.
+ * source_event - what befalls a sonar beside the bytes that come, as a capture keeps it on the channel /NAME/events:
+ * what its device was told, and the state that it was in then. With the bytes that is all that a device ever learns, so
+ * a replay that tells it the same in the same order has the same pings. Each message is a JSON object. Knows no source.
  */
 #ifndef SONARD_SOURCE_EVENT_H
 #define SONARD_SOURCE_EVENT_H

@@ -41,8 +41,8 @@ bool record_message(struct record *rec, int channel, uint64_t t_ns, const void *
 bool record_message_of(struct record *rec, int channel, const struct record_time *then, const void *data,
                        size_t n);
 
-/** record_conf - n bytes of the configuration that is in force from t_ns (monotonic) on: a message on RECORD_CONF_TOPIC,
- * and what later segments begin with, also while paused. False: lost, and counted. */
+/** record_conf - n bytes of the configuration that is in force from t_ns (monotonic) on: a message on
+ * RECORD_CONF_TOPIC, and what later segments begin with, also while paused. False: lost, and counted. */
 bool record_conf(struct record *rec, uint64_t t_ns, const char *text, size_t n);
 
 /** record_tick - hand over what still waits for company; call it twice a second. */

@@ -262,7 +262,7 @@ TEST(of_poses_that_stop_the_same)
     dive("step = 3.6 deg\n", "", poses_stop, 0);
 }
 
-/* The process is held up twice, once between its look and its read: bytes and poses wait, and nobody knows since when. */
+/* The process is held up twice, once between its look and its read: bytes and poses wait, nobody knows since when. */
 static void stalls(void)
 {
     run_and_ask(1, 5);
@@ -313,8 +313,8 @@ static void load(const char *sonar, const char *grid, const char *more)
     json_decref(rig_ask("reload", "%s", ""));
 }
 
-/* The range is the head's, the target the extraction's, which learns anew, and how long water stays clear the grid's. The
- * turn of the mount needs a restart: it takes no effect, in the replay neither. */
+/* The range is the head's, the target the extraction's, which learns anew, and how long water stays clear the grid's.
+ * The turn of the mount needs a restart: it takes no effect, in the replay neither. */
 static void reloads(void)
 {
     static struct options options;
