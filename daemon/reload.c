@@ -15,9 +15,9 @@
 
 /* One reload, and what came of it. */
 struct outcome {
-    const struct conf *conf;          /* in force before */
-    bool checks;                      /* nothing changes, and nothing is logged */
-    bool replays;                     /* what needs a restart was left alone when it was recorded */
+    const struct conf *conf; /* in force before */
+    bool checks;             /* nothing changes, and nothing is logged */
+    bool replays;            /* what needs a restart was left alone when it was recorded; a capture fills no log */
     const struct conf_text *instead;  /* of a file; NULL: of none */
     struct json_out applied, restart; /* lines of changed keys, */
     unsigned n_applied, n_restart;    /* so many */
@@ -29,7 +29,7 @@ struct outcome {
 static void on_fault(void *ctx, const char *message)
 {
     struct outcome *o = ctx;
-    if (!o->checks)
+    if (!o->checks && !o->replays)
         log_line(LOG_ERR, "reload_fault", "reload: %s", message);
     if (o->faults++ == 0)
         snprintf(o->fault, sizeof o->fault, "%s", message);
@@ -54,7 +54,7 @@ static void on_change(void *ctx, const char *section, const char *text, bool liv
         json_out_text(&o->applied, text);
         o->n_applied++;
         mark_extracts(o, section, text);
-        if (!o->checks)
+        if (!o->checks && !o->replays)
             log_line(LOG_NOTICE, "reload_key", "reload: %s", text);
     } else if (!o->replays) {
         json_out_text(&o->restart, text);
@@ -130,8 +130,10 @@ static void put_in_force(const struct reload_env *env, const struct conf *conf, 
     pose_log_set_most(env->poses, conf->vehicle.max_speed_mps, conf->vehicle.max_turn_radps);
     wiring_drift(conf, &drift);
     pose_log_set_drift(env->poses, loop_now(env->loop), &drift);
-    settings_log_idle(conf);
-    fit_log(conf);
+    if (!env->replay) {
+        settings_log_idle(conf);
+        fit_log(conf);
+    }
     if (env->server)
         server_set_names(env->server, conf->server.change, conf->server.keep);
     for (int i = 0; i < conf->n_sonars; i++)
@@ -256,6 +258,9 @@ bool reload_replay(const struct reload_env *env, const char *text, size_t n, str
                       take_wanted(env, &o, &wanted, source);
     conf_source_free(source);
     outcome_free(&o);
+    if (good)
+        log_limited(loop_now(env->loop), LOG_NOTICE, LOG_ABOUT(.event = "reloaded"), "capture: reload: %u changed",
+                    o.n_applied);
     return good || fault_set(fault, "%s", o.fault);
 }
 
