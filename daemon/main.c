@@ -50,9 +50,10 @@ struct process {
     struct loop_fd signals;
     struct replay_env replay; /* where a capture is played to */
     struct answers_file answers;
-    uint64_t no_line; /* sonars of the capture that it has from no line: struct source_env */
-    int inherited_fd; /* the socket that the service manager handed over; 0: none */
-    bool stopped;     /* by a signal */
+    struct conf began; /* the configuration of the start; what reloads of a capture made of it is env.conf */
+    uint64_t no_line;  /* sonars of the capture that it has from no line: struct source_env */
+    int inherited_fd;  /* the socket that the service manager handed over; 0: none */
+    bool stopped;      /* by a signal */
 };
 
 /* The exit status of what only prints: what standard output did not take is no success. */
@@ -265,6 +266,7 @@ static bool make_sources(struct process *d, struct fault *fault)
                              .poses = &d->env.poses,
                              .record = d->env.record,
                              .replay = d->env.replay,
+                             .told = d->env.told,
                              .no_line = d->no_line,
                              .steered = d->env.plan.steered,
                              .ping_time = ping_time,
@@ -546,6 +548,13 @@ static bool take_pose_text(void *ctx, const void *text, size_t n, struct fault *
     return good;
 }
 
+/* Where somebody has chosen the configuration of a replay, it stays. */
+static bool take_reload_text(void *ctx, const void *text, size_t n, struct fault *fault)
+{
+    const struct process *d = ctx;
+    return d->options->conf || reload_replay(&d->env.reload, text, n, fault);
+}
+
 /* Where a reload takes effect, and a capture is played to. */
 static void name_seams(struct process *d)
 {
@@ -557,6 +566,7 @@ static void name_seams(struct process *d)
                                         .pipeline = d->env.pipeline,
                                         .poses = &d->env.poses,
                                         .server = d->env.server,
+                                        .record = d->env.record,
                                         .replay = d->env.replay};
     d->replay = (struct replay_env){.loop = d->env.loop,
                                     .pipeline = d->env.pipeline,
@@ -564,6 +574,7 @@ static void name_seams(struct process *d)
                                     .source = d->env.source,
                                     .aux = &d->env.aux,
                                     .pose = take_pose_text,
+                                    .reload = take_reload_text,
                                     .ctx = d};
 }
 
@@ -646,6 +657,8 @@ static int run_daemon(struct process *d, const struct options *o, struct replay 
         return FAILED;
     }
     d->options = o;
+    d->began = d->env.conf;
+    d->env.told = replay ? replay_told(replay, &d->env.conf) : 0;
     for (int i = 0; replay && i < d->env.conf.n_sonars; i++)
         d->no_line |= (uint64_t)!replay_has_line(replay, d->env.conf.sonar[i].name) << i;
     plan_make(&d->env.conf, &d->env.plan);
@@ -681,7 +694,7 @@ static int run_daemon(struct process *d, const struct options *o, struct replay 
  * False with *status: it is over. */
 static bool start_anew(struct process *d, struct replay *replay, int *status)
 {
-    const struct conf conf = d->env.conf;
+    const struct conf conf = d->began;
     const char *name = d->env.conf_name;
     const int inherited_fd = d->inherited_fd;
     struct fault fault;

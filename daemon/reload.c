@@ -15,8 +15,9 @@
 
 /* One reload, and what came of it. */
 struct outcome {
-    const struct conf *conf;          /* in force before */
-    bool checks;                      /* nothing changes, and nothing is logged */
+    const struct conf *conf; /* in force before */
+    bool checks;             /* nothing changes, and nothing is logged */
+    bool replays;            /* what needs a restart was left alone when it was recorded; a capture fills no log */
     const struct conf_text *instead;  /* of a file; NULL: of none */
     struct json_out applied, restart; /* lines of changed keys, */
     unsigned n_applied, n_restart;    /* so many */
@@ -28,7 +29,7 @@ struct outcome {
 static void on_fault(void *ctx, const char *message)
 {
     struct outcome *o = ctx;
-    if (!o->checks)
+    if (!o->checks && !o->replays)
         log_line(LOG_ERR, "reload_fault", "reload: %s", message);
     if (o->faults++ == 0)
         snprintf(o->fault, sizeof o->fault, "%s", message);
@@ -53,9 +54,9 @@ static void on_change(void *ctx, const char *section, const char *text, bool liv
         json_out_text(&o->applied, text);
         o->n_applied++;
         mark_extracts(o, section, text);
-        if (!o->checks)
+        if (!o->checks && !o->replays)
             log_line(LOG_NOTICE, "reload_key", "reload: %s", text);
-    } else {
+    } else if (!o->replays) {
         json_out_text(&o->restart, text);
         o->n_restart++;
         if (!o->checks)
@@ -129,8 +130,10 @@ static void put_in_force(const struct reload_env *env, const struct conf *conf, 
     pose_log_set_most(env->poses, conf->vehicle.max_speed_mps, conf->vehicle.max_turn_radps);
     wiring_drift(conf, &drift);
     pose_log_set_drift(env->poses, loop_now(env->loop), &drift);
-    settings_log_idle(conf);
-    fit_log(conf);
+    if (!env->replay) {
+        settings_log_idle(conf);
+        fit_log(conf);
+    }
     if (env->server)
         server_set_names(env->server, conf->server.change, conf->server.keep);
     for (int i = 0; i < conf->n_sonars; i++)
@@ -155,26 +158,55 @@ static bool is_readable_again(const char *path, struct outcome *o)
     return false;
 }
 
+/* All of it, and not what was read: that may hold keys that need a restart, and later segments begin with this. */
+static void record_reload(const struct reload_env *env, const struct conf *conf)
+{
+    char *text = NULL;
+    size_t n = 0;
+    FILE *out = env->record ? open_memstream(&text, &n) : NULL;
+    if (!out)
+        return;
+    conf_print(conf, NULL, out);
+    if (fclose(out) == 0)
+        record_conf(env->record, loop_now(env->loop), text, n);
+    free(text);
+}
+
+/* What of *wanted, of that source, can take the place of what there is. False with a fault: nothing has changed. */
+static bool take_wanted(const struct reload_env *env, struct outcome *o, const struct conf *wanted,
+                        const struct conf_source *source)
+{
+    struct conf merged = *env->conf;
+    conf_take_live(&merged, wanted, &settings_checks, ignore_change, NULL);
+    if (conf_check_together(&merged, source, &settings_checks, on_fault, o) != 0)
+        return false;
+    merged = *env->conf;
+    conf_take_live(&merged, wanted, &settings_checks, on_change, o);
+    if (o->checks)
+        return true;
+    if (o->n_applied > 0)
+        record_reload(env, &merged);
+    put_in_force(env, &merged, o->extract);
+    return true;
+}
+
 /* False with a fault: nothing has changed. */
 static bool reload(const struct reload_env *env, struct outcome *o)
 {
-    struct conf wanted, merged = *env->conf;
+    struct conf wanted;
     struct conf_source *source = NULL;
-    bool good =
-        is_readable_again(settings_path(env->options), o) &&
-        settings_load(env->options, &(struct settings_how){.instead = o->instead}, &wanted, &source, on_fault, o);
-    if (good) {
-        conf_take_live(&merged, &wanted, &settings_checks, ignore_change, NULL);
-        good = conf_check_together(&merged, source, &settings_checks, on_fault, o) == 0;
-    }
-    if (good) {
-        merged = *env->conf;
-        conf_take_live(&merged, &wanted, &settings_checks, on_change, o);
-        if (!o->checks)
-            put_in_force(env, &merged, o->extract);
-    }
+    const bool good = is_readable_again(settings_path(env->options), o) &&
+                      settings_load(env->options, &(struct settings_how){.instead = o->instead}, &wanted, &source,
+                                    on_fault, o) &&
+                      take_wanted(env, o, &wanted, source);
     conf_source_free(source);
     return good;
+}
+
+static void outcome_free(struct outcome *o)
+{
+    free(o->applied.bytes);
+    free(o->restart.bytes);
 }
 
 /* False with a refusal in *error. Its texts are for outcome_free in any case. */
@@ -191,12 +223,6 @@ static bool try_reload(const struct reload_env *env, struct outcome *o, struct r
         return rpc_refuse(error, RPC_INVALID_REQUEST, "nothing is changed: %s; %d more in the log", o->fault,
                           o->faults - 1);
     return rpc_refuse(error, RPC_INVALID_REQUEST, "nothing is changed: %s", o->fault);
-}
-
-static void outcome_free(struct outcome *o)
-{
-    free(o->applied.bytes);
-    free(o->restart.bytes);
 }
 
 static void write_lines(struct json_out *out, const char *name, const struct json_out *lines)
@@ -218,6 +244,24 @@ static bool answer(const struct reload_env *env, struct outcome o, struct json_o
     }
     outcome_free(&o);
     return good;
+}
+
+bool reload_replay(const struct reload_env *env, const char *text, size_t n, struct fault *fault)
+{
+    struct outcome o = {.conf = env->conf, .replays = true};
+    struct conf wanted;
+    struct conf_source *source;
+    struct conf_checks checks = settings_checks;
+    checks.recorded = true;
+    const bool good = conf_load_text(&wanted, &source, &(struct conf_text){env->conf_name, text, n}, &checks,
+                                     on_fault, &o) == 0 &&
+                      take_wanted(env, &o, &wanted, source);
+    conf_source_free(source);
+    outcome_free(&o);
+    if (good)
+        log_limited(loop_now(env->loop), LOG_NOTICE, LOG_ABOUT(.event = "reloaded"), "capture: reload: %u changed",
+                    o.n_applied);
+    return good || fault_set(fault, "%s", o.fault);
 }
 
 bool reload_now(const struct reload_env *env, struct json_out *out, struct rpc_error *error)

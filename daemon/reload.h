@@ -14,6 +14,7 @@
 #include "daemon/input/pose_log.h"
 #include "daemon/input/source.h"
 #include "daemon/pipeline/pipeline.h"
+#include "daemon/record/record.h"
 #include "daemon/rpc/server.h"
 #include "options.h"
 
@@ -27,6 +28,7 @@ struct reload_env {
     struct pose_log *poses;
     struct source *const *source; /* of each sonar */
     struct server *server;        /* NULL: none */
+    struct record *record;        /* is told what is in force; NULL: nothing is recorded */
     bool replay;
 };
 
@@ -39,6 +41,12 @@ bool reload_now(const struct reload_env *env, struct json_out *out, struct rpc_e
  */
 bool reload_check(const struct reload_env *env, const char *file, const char *text, struct json_out *out,
                   struct rpc_error *error);
+
+/**
+ * reload_replay - what a reload put in force when a capture was made: `text`, n bytes, as record_conf was given. The
+ * same keys take effect. False with the first fault: nothing changes.
+ */
+bool reload_replay(const struct reload_env *env, const char *text, size_t n, struct fault *fault);
 
 /** reload_by_signal - do it, and say in the log and to the service manager what came of it. */
 void reload_by_signal(const struct reload_env *env);

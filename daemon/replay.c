@@ -51,6 +51,13 @@ struct replay {
     char stranger[128];             /* one of them, where a sonar spoke; empty: none */
 };
 
+/* "/front/events" of the sonar "front"? */
+static bool is_topic_of(const char *topic, const char *sonar, const char *kind)
+{
+    const size_t n = strlen(sonar);
+    return topic[0] == '/' && strncmp(topic + 1, sonar, n) == 0 && strcmp(topic + 1 + n, kind) == 0;
+}
+
 static uint64_t whole_ns(double ns)
 {
     return ns < (double)TIME_MAX_NS ? (uint64_t)ns : TIME_MAX_NS;
@@ -231,6 +238,16 @@ bool replay_has_line(const struct replay *r, const char *sonar)
     return true;
 }
 
+uint64_t replay_told(const struct replay *r, const struct conf *conf)
+{
+    const struct mcap_channel *c;
+    uint64_t told = 0;
+    for (size_t i = 0; r->reader && (c = mcap_channel_at(r->reader, i)) != NULL; i++)
+        for (int k = 0; k < conf->n_sonars; k++)
+            told |= (uint64_t)is_topic_of(c->topic, conf->sonar[k].name, "/events") << k;
+    return told;
+}
+
 uint64_t replay_start(struct replay *r)
 {
     return r->has_next ? r->next.log_ns : 0;
@@ -272,19 +289,49 @@ void replay_jump(struct replay *r, struct loop *loop, double to_s)
 /* The port of that sonar read the next message; on a bus that may be several. */
 static bool is_for(const struct replay *r, const struct replay_env *env, int sonar)
 {
-    const char *name = env->conf->sonar[sonar].name, *topic = r->next.topic;
-    size_t n = strlen(name);
     if (r->log)
-        return strcmp(topic, env->conf->sonar[sonar].port) == 0;
-    return topic[0] == '/' && strncmp(topic + 1, name, n) == 0 && strcmp(topic + 1 + n, "/rx") == 0;
+        return strcmp(r->next.topic, env->conf->sonar[sonar].port) == 0;
+    return is_topic_of(r->next.topic, env->conf->sonar[sonar].name, "/rx");
 }
 
-static void take_pose(struct replay *r, const struct replay_env *env)
+static void doubt_message(const struct replay *r, const struct replay_env *env, const char *event,
+                          const struct fault *fault)
 {
+    log_limited(loop_now(env->loop), LOG_WARNING, LOG_ABOUT(.event = event), "capture: %s: %s", r->next.topic,
+                fault->text);
+}
+
+/* What is neither bytes nor an auxiliary sensor's. False: nothing that is known. */
+static bool take_text(struct replay *r, const struct replay_env *env)
+{
+    const char *topic = r->next.topic;
     struct fault fault;
-    if (!env->pose(env->ctx, r->next.data, r->next.size, &fault))
-        log_limited(loop_now(env->loop), LOG_WARNING, LOG_ABOUT(.event = "capture_pose"), "capture: /pose: %s",
-                    fault.text);
+    if (strcmp(topic, "/pose") == 0) {
+        if (!env->pose(env->ctx, r->next.data, r->next.size, &fault))
+            doubt_message(r, env, "capture_pose", &fault);
+    } else if (strcmp(topic, RECORD_CONF_TOPIC) == 0) {
+        if (!env->reload(env->ctx, r->next.data, r->next.size, &fault))
+            doubt_message(r, env, "capture_reload", &fault);
+    } else {
+        return false;
+    }
+    return true;
+}
+
+static bool take_event(struct replay *r, const struct replay_env *env)
+{
+    struct source_event event;
+    struct fault fault;
+    int i = 0;
+    while (i < env->conf->n_sonars && !is_topic_of(r->next.topic, env->conf->sonar[i].name, "/events"))
+        i++;
+    if (i == env->conf->n_sonars)
+        return false;
+    if (source_event_read(r->next.data, r->next.size, &event, &fault))
+        source_befell(env->source[i], &event, r->next.log_ns);
+    else
+        doubt_message(r, env, "capture_event", &fault);
+    return true;
 }
 
 /* When the next message came. What another program recorded may have been published later, or at no time. */
@@ -308,10 +355,7 @@ static void deliver(struct replay *r, const struct replay_env *env)
         source_feed(env->source[i], r->next.data, r->next.size, &then);
         known = true;
     }
-    if (!known && strcmp(topic, "/pose") == 0) {
-        take_pose(r, env);
-        known = true;
-    }
+    known = known || take_text(r, env) || take_event(r, env);
     known = known || aux_sensors_feed(env->aux, topic, r->next.data, r->next.size);
     r->played += known;
     if (!known && (n < 3 || strcmp(topic + n - 3, "/tx") != 0)) {

@@ -29,6 +29,8 @@ struct replay_env {
     struct aux_sensors *aux;
     /* A message of /pose, n bytes of JSON. False with what is wrong in fault. */
     bool (*pose)(void *ctx, const void *text, size_t n, struct fault *fault);
+    /* Likewise the configuration that a reload put in force. */
+    bool (*reload)(void *ctx, const void *text, size_t n, struct fault *fault);
     void *ctx;
 };
 
@@ -73,6 +75,9 @@ const char *replay_conf(struct replay *r, size_t *size, struct fault *fault);
 
 /** replay_has_line - did the bytes of that sonar come over its port? Not where an import made their times. */
 bool replay_has_line(const struct replay *r, const char *sonar);
+
+/** replay_told - the sonars of conf whose events (source_event.h) the capture keeps, as a set. */
+uint64_t replay_told(const struct replay *r, const struct conf *conf);
 
 /** replay_start - time of the first message: where the virtual clock is to be set; 0 when there are none. */
 uint64_t replay_start(struct replay *r);

@@ -288,6 +288,8 @@ static void open_again(struct input_port *line)
         say(line, LOG_WARNING, line->env.events->dead, "%s: no message for %.0f s; closing and opening the port",
             line->env.address, (double)line->dead.silent_ns * 1e-9);
     line->open = false;
+    if (line->env.rests)
+        line->env.rests(line->env.ctx);
     close_elsewhere(line);
 }
 

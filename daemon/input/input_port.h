@@ -36,7 +36,8 @@ struct input_port_env {
     void (*opened)(void *ctx, uint64_t now_ns, bool again);
     void (*ready)(void *ctx, uint32_t epoll_events, uint64_t now_ns);
     void (*closed)(void *ctx, uint64_t now_ns); /* after `opened` */
-    uint64_t (*messages)(const void *ctx);      /* good ones so far: they show that it is alive */
+    void (*rests)(void *ctx); /* a dead one is closed, and will be opened `again`; NULL: that is no news */
+    uint64_t (*messages)(const void *ctx); /* good ones so far: they show that it is alive */
 };
 
 struct input_port_lookup;

@@ -1,16 +1,23 @@
 /* SPDX-License-Identifier: MIT */
 #include "pose_input.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
 #define TEXT_MAX 200
 
+uint64_t pose_input_told(uint64_t t_ns, uint64_t unix_offset_ns, double *t_unix)
+{
+    *t_unix = (double)(t_ns + unix_offset_ns) * 1e-9;
+    const uint64_t told_ns = (uint64_t)(*t_unix * 1e9);
+    return told_ns > unix_offset_ns ? told_ns - unix_offset_ns : 0;
+}
+
 /* As it came: a replay dates it back. 17 digits read back to the same bits. */
-static void record_pose(struct pose_input *in, const struct pose *p)
+static void record_pose(struct pose_input *in, const struct pose *p, double t_unix)
 {
     char text[TEXT_MAX];
-    double t_unix = (double)(p->t_ns + in->unix_offset_ns) * 1e-9;
     int n;
     if (!in->record)
         return;
@@ -27,12 +34,15 @@ static void record_pose(struct pose_input *in, const struct pose *p)
 static bool take_pose(struct pose_input *in, const char *sender, const struct pose *came)
 {
     struct pose p = *came;
-    p.t_ns = pose_log_dated(in->poses, came->t_ns);
+    double t_unix;
+    p.t_ns = pose_log_dated(in->poses, pose_input_told(came->t_ns, in->unix_offset_ns, &t_unix));
+    if (p.has & POSE_ATTITUDE)
+        quat_normalise(p.attitude); /* as whoever reads it in a capture does: to the bit */
     if (!pose_log_put(in->poses, &p))
         return false;
     pose_log_sent_by(in->poses, p.has, sender);
     in->taken(in->ctx, &p);
-    record_pose(in, came);
+    record_pose(in, came, t_unix);
     return true;
 }
 
@@ -63,6 +73,7 @@ bool pose_input_heading(struct pose_input *in, uint64_t t_ns, double heading_rad
     }
     p.t_ns = t_ns;
     p.has = POSE_ATTITUDE;
-    quat_from_rpy(0, 0, heading_rad, p.attitude);
+    p.attitude[0] = cos(heading_rad / 2); /* and no -0, which JSON does not keep */
+    p.attitude[3] = sin(heading_rad / 2);
     return take_pose(in, "the NMEA source", &p);
 }

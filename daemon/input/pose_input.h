@@ -25,6 +25,12 @@ struct pose_input {
     void *ctx;
 };
 
+/**
+ * pose_input_told - t_ns, monotonic, as the message of a capture has it: in seconds of Unix time, *t_unix, and so to a
+ * fifth of a microsecond. That is the time of the pose live, too, or a replay's would be another.
+ */
+uint64_t pose_input_told(uint64_t t_ns, uint64_t unix_offset_ns, double *t_unix);
+
 /** pose_input_depth - the vehicle's reference point is depth_m below the surface at t_ns. False: refused by the log. */
 bool pose_input_depth(struct pose_input *in, uint64_t t_ns, double depth_m);
 

@@ -20,6 +20,9 @@
 #define UNDATED_MAX_DEG 2.5
 #define UNDATED_MAX_M   0.5
 
+/* A capture is told the state so often: it may begin, or have a gap, anywhere. */
+#define STATE_AGAIN_NS 1000000000u
+
 #define BACKLOG_NS 1000000000u /* a device's deadline waits no longer for what came late to be read */
 
 struct source {
@@ -43,7 +46,13 @@ struct source {
     const struct device_ops *ops;
     void *device;
     struct device_io io;
-    int rx_channel, tx_channel;
+    int rx_channel, tx_channel, events_channel;
+    struct source_event
+        state; /* that the capture was told last, or in a replay tells; at first there is no port */
+    struct loop_timer state_again;
+    bool stirred;              /* since then anything came, or the device was told something */
+    struct source_event looks; /* what the device was told last */
+    bool stopping;
     uint64_t arrived_ns; /* what was read last */
     bool unread;         /* bytes wait: the first of them ... */
     uint64_t unread_ns;  /* ... came after this */
@@ -56,9 +65,59 @@ struct source {
     uint8_t in[READ_BYTES];
 };
 
-/* The device counts from when its bytes came, lag_ns ago; what it sent because of them it sent only now. */
+/* ---- what a capture keeps of it ---- */
+
+/* Its end is the daemon's, and no silence of the sonar. */
+static void keep_event(struct source *s, const struct source_event *event, uint64_t t_ns)
+{
+    char text[SOURCE_EVENT_TEXT_MAX];
+    if (s->env.record && !s->stopping)
+        record_message(s->env.record, s->events_channel, t_ns, text, source_event_write(event, text));
+}
+
+static struct source_event state_of(const struct source *s)
+{
+    struct device_status status;
+    s->ops->status(s->device, &status);
+    return (struct source_event){
+        .kind = SOURCE_STATE, .open = input_port_is_open(&s->line), .state = status.state};
+}
+
+static void tell_state(struct source *s, uint64_t now_ns)
+{
+    s->state = state_of(s);
+    s->stirred = false;
+    keep_event(s, &s->state, now_ns);
+    loop_arm(s->env.loop, &s->state_again, now_ns + STATE_AGAIN_NS);
+}
+
+/* Where nothing stirs, nothing is told: a replay skips a minute without a message. */
+static void on_state_again(void *ctx, uint64_t now_ns)
+{
+    struct source *s = ctx;
+    if (s->stirred)
+        tell_state(s, now_ns);
+    else
+        loop_arm(s->env.loop, &s->state_again, now_ns + STATE_AGAIN_NS);
+}
+
+/* After all that may have changed it. */
+static void keep_state(struct source *s)
+{
+    s->stirred = true;
+    if (!s->env.record || s->stopping)
+        return;
+    const struct source_event state = state_of(s);
+    if (state.open != s->state.open || state.state != s->state.state)
+        tell_state(s, loop_now(s->env.loop));
+}
+
+/* The device counts from when its bytes came, lag_ns ago; what it sent because of them it sent only now. In a replay
+ * its deadlines come as they came then: a timer would fire at another moment than a busy computer's did. */
 static void rearm(struct source *s, uint64_t lag_ns)
 {
+    if (s->env.replay)
+        return;
     const uint64_t due_ns = s->ops->deadline(s->device);
     if (due_ns != s->due_ns)
         s->lag_ns = lag_ns;
@@ -178,6 +237,32 @@ static void io_note(void *ctx, enum device_note level, const char *fmt, ...)
     log_limited(loop_now(s->env.loop), levels[level], LOG_ABOUT(.event = "device", .sonar = s->name), "%s", text);
 }
 
+/* ---- what the device is told ---- */
+
+/* All but its bytes and its settings: live and in a replay through here, so that a capture keeps each. */
+static void tell(struct source *s, const struct source_event *event, uint64_t t_ns)
+{
+    keep_event(s, event, t_ns);
+    switch (event->kind) {
+    case SOURCE_OPENED:
+        s->ops->opened(s->device, t_ns, &s->io);
+        break;
+    case SOURCE_CLOSED:
+        s->ops->closed(s->device, t_ns);
+        break;
+    case SOURCE_TICK:
+        s->ops->tick(s->device, t_ns, &s->io);
+        break;
+    case SOURCE_LOOKS:
+        s->ops->steer(s->device, event->from_rad, event->to_rad, event->only);
+        return;
+    case SOURCE_STATE:
+        return;
+    }
+    rearm(s, 0);
+    keep_state(s);
+}
+
 /* ---- the port comes and goes ---- */
 
 static void on_opened(void *ctx, uint64_t now_ns, bool again)
@@ -187,16 +272,19 @@ static void on_opened(void *ctx, uint64_t now_ns, bool again)
     s->waits_for_room = s->unread = false;
     s->backlog_ns = 0;
     if (again) /* the device goes on asking */
-        return;
-    s->ops->opened(s->device, now_ns, &s->io);
-    rearm(s, 0);
+        keep_state(s);
+    else
+        tell(s, &(struct source_event){.kind = SOURCE_OPENED}, now_ns);
 }
 
 static void on_closed(void *ctx, uint64_t now_ns)
 {
-    struct source *s = ctx;
-    s->ops->closed(s->device, now_ns);
-    rearm(s, 0);
+    tell(ctx, &(struct source_event){.kind = SOURCE_CLOSED}, now_ns);
+}
+
+static void on_rests(void *ctx)
+{
+    keep_state(ctx);
 }
 
 static uint64_t count_messages(const void *ctx)
@@ -231,6 +319,7 @@ static void take_bytes(struct source *s, const uint8_t *bytes, size_t n, const s
         serial_mirror_write(s->mirror, bytes, n);
     s->ops->feed(s->device, bytes, n, t_ns, &s->io);
     rearm(s, loop_now(s->env.loop) - t_ns);
+    keep_state(s);
     garbage_heard(&s->garbage);
 }
 
@@ -291,8 +380,7 @@ static void on_deadline(void *ctx, uint64_t now_ns)
         loop_arm(s->env.loop, &s->deadline, now_ns);
         return;
     }
-    s->ops->tick(s->device, now_ns, &s->io);
-    rearm(s, 0);
+    tell(s, &(struct source_event){.kind = SOURCE_TICK}, now_ns);
 }
 
 /* ---- life ---- */
@@ -326,6 +414,12 @@ static void sector_of(const struct conf_sonar *conf, struct device_conf *d)
         mirror_arc(&d->sector_start_rad, &d->sector_end_rad);
 }
 
+/* Is it in a replay of a capture that keeps its events? */
+static bool is_told(const struct source *s)
+{
+    return s->env.replay && (s->env.told >> s->index & 1);
+}
+
 static void describe_device(const struct source *s, const struct conf_sonar *conf, const struct conf_water *water,
                             struct device_conf *d)
 {
@@ -340,7 +434,7 @@ static void describe_device(const struct source *s, const struct conf_sonar *con
                               .request_response = conf->mode == CONF_MODE_REQUEST,
                               .steered = s->env.steered >> s->index & 1,
                               .circle_s = conf->circle_s,
-                              .listen_only = s->env.replay,
+                              .listen_only = s->env.replay && !is_told(s),
                               .node = conf->node,
                               .sensor_id = conf->sensor_id,
                               .baud = has_line && port->baud ? port->baud(s->line.rest) : 0,
@@ -355,6 +449,8 @@ static void open_channels(struct source *s)
     s->rx_channel = record_channel(s->env.record, topic, s->line.port.ops->encoding);
     snprintf(topic, sizeof topic, "/%s/tx", s->name);
     s->tx_channel = record_channel(s->env.record, topic, s->line.port.ops->encoding);
+    snprintf(topic, sizeof topic, "/%s/events", s->name);
+    s->events_channel = record_channel(s->env.record, topic, "json");
 }
 
 /* Finds port and device, sees to it that they fit together, and hands the device its configuration. */
@@ -375,6 +471,7 @@ static bool set_device(struct source *s, const struct conf_sonar *conf, const st
                                         .opened = on_opened,
                                         .ready = on_ready,
                                         .closed = on_closed,
+                                        .rests = on_rests,
                                         .messages = count_messages};
     struct device_conf d;
     s->ops = device_find(conf->device);
@@ -409,7 +506,12 @@ void source_steer(struct source *s, double from_rad, double to_rad, bool only)
 {
     if (s->mirrored)
         mirror_arc(&from_rad, &to_rad);
-    s->ops->steer(s->device, from_rad, to_rad, only);
+    const struct source_event looks = {.kind = SOURCE_LOOKS, .from_rad = from_rad, .to_rad = to_rad, .only = only};
+    const struct source_event *was = &s->looks;
+    if (was->from_rad == from_rad && was->to_rad == to_rad && was->only == only)
+        return;
+    s->looks = looks;
+    tell(s, &looks, loop_now(s->env.loop));
 }
 
 void source_retune(struct source *s, const struct conf_sonar *conf, const struct conf_water *water)
@@ -418,6 +520,7 @@ void source_retune(struct source *s, const struct conf_sonar *conf, const struct
     describe_device(s, conf, water, &d);
     s->ops->retune(s->device, &d, loop_now(s->env.loop), &s->io);
     rearm(s, 0);
+    keep_state(s);
 }
 
 struct device_delay source_delay(const struct conf_sonar *conf, const struct device_ops *ops)
@@ -456,6 +559,7 @@ struct source *source_new(const struct source_env *env, const struct conf_sonar 
     s->lever_m = geo_length(conf->mount_m);
     s->mirrored = conf->mirror;
     s->deadline = (struct loop_timer){.fire = on_deadline, .ctx = s};
+    s->state_again = (struct loop_timer){.fire = on_state_again, .ctx = s};
     s->io = (struct device_io){.ctx = s,
                                .send = io_send,
                                .hold_break = io_hold_break,
@@ -494,13 +598,24 @@ static void open_mirror(struct source *s)
 
 void source_start(struct source *s)
 {
+    if (is_told(s)) /* its capture has when the port was opened, if it does not begin later */
+        return;
     if (s->env.replay) {
         s->ops->opened(s->device, loop_now(s->env.loop), &s->io);
-        rearm(s, 0);
-    } else {
-        open_mirror(s);
-        input_port_start(&s->line);
+        return;
     }
+    if (s->env.record)
+        tell_state(s, loop_now(s->env.loop));
+    open_mirror(s);
+    input_port_start(&s->line);
+}
+
+void source_befell(struct source *s, const struct source_event *event, uint64_t t_ns)
+{
+    if (event->kind == SOURCE_STATE)
+        s->state = *event;
+    else if (event->kind != SOURCE_LOOKS || s->ops->steer)
+        tell(s, event, t_ns);
 }
 
 void source_feed(struct source *s, const uint8_t *bytes, size_t n, const struct record_time *came)
@@ -511,6 +626,8 @@ void source_feed(struct source *s, const uint8_t *bytes, size_t n, const struct 
 void source_stop(struct source *s)
 {
     input_port_stop(&s->line);
+    s->stopping = true;
+    loop_arm(s->env.loop, &s->state_again, LOOP_NEVER);
     if (input_port_is_open(&s->line)) {
         s->ops->stop(s->device, loop_now(s->env.loop), &s->io);
         rearm(s, 0);
@@ -528,6 +645,7 @@ void source_free(struct source *s)
         return;
     input_port_end(&s->line);
     loop_arm(s->env.loop, &s->deadline, LOOP_NEVER);
+    loop_arm(s->env.loop, &s->state_again, LOOP_NEVER);
     garbage_end(&s->garbage);
     serial_mirror_close(s->mirror);
     free(s->device);
@@ -549,6 +667,10 @@ void source_stats(const struct source *s, struct source_stats *out)
     *out = s->stats;
     s->ops->status(s->device, &out->device);
     out->open = input_port_is_open(&s->line);
+    if (is_told(s)) {
+        out->open = s->state.open;
+        out->device.state = s->state.state;
+    }
     out->reconnects = s->line.reconnects;
     out->port_error = s->line.error;
     out->port_lost = s->line.port.lost;

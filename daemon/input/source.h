@@ -1,7 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * source - one configured sensor: its port (input_port.h) and its device, tied to the loop. Records the bytes, gives
- * each ping its pose and hands it to the pipeline. In a replay it has no port: the capture's bytes are fed to it.
+ * each ping its pose and hands it to the pipeline.
+ *
+ * In a replay it has no port and no deadline: the capture's bytes are fed to it, and what else its device was told is
+ * told again (source_event.h). A capture that keeps none of that, of an earlier version or an import, has the bytes
+ * alone: the device listens then, asks nothing, never times out, and its sonar is never offline.
  */
 #ifndef SONARD_SOURCE_H
 #define SONARD_SOURCE_H
@@ -21,6 +25,7 @@
 #include "pose_log.h"
 #include "daemon/record/record.h"
 #include "serial_mirror.h"
+#include "source_event.h"
 
 struct source;
 
@@ -31,7 +36,8 @@ struct source_env {
     struct pipeline *pipeline;
     const struct pose_log *poses;
     struct record *record; /* NULL: nothing is recorded */
-    bool replay;           /* no port; never ask, never time out */
+    bool replay;           /* no port, see above */
+    uint64_t told;         /* sonars of the capture that it keeps the events of */
     uint64_t steered;      /* sonars that source_steer will tell where to look */
     uint64_t no_line;      /* sonars whose bytes did not come over their port's line, whatever its baud rate */
     /* when the ping was transmitted: ping->t_ns, or what somebody knows better */
@@ -43,7 +49,7 @@ struct source_env {
 
 struct source_stats {
     struct device_status device;
-    bool open;
+    bool open; /* in a replay as the capture tells; with device.state, of which it may keep nothing: env.told */
     uint64_t bytes_in, bytes_out, bytes_not_sent;
     uint64_t reconnects;
     uint64_t undated_pings; /* received while the process was stalled, at an unknown time */
@@ -74,6 +80,8 @@ void source_retune(struct source *s, const struct conf_sonar *conf, const struct
 
 /** source_feed - replay: bytes as they were read, and when they had come. */
 void source_feed(struct source *s, const uint8_t *bytes, size_t n, const struct record_time *came);
+/** source_befell - replay: what happened at t_ns. Of a capture that keeps events. */
+void source_befell(struct source *s, const struct source_event *event, uint64_t t_ns);
 void source_stop(struct source *s);          /* ask the hardware to be quiet */
 bool source_stopped(const struct source *s); /* it is, or cannot be asked */
 void source_free(struct source *s);

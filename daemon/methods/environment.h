@@ -52,6 +52,7 @@ struct methods_env {
     struct server *server; /* NULL: nobody may ask */
     struct reload_env reload;
     bool replay, replay_ended;
+    uint64_t told;          /* in a replay: sonars of which the capture tells the state; the others' are running */
     struct replay *playing; /* NULL: live */
     uint64_t start_ns;
     uint64_t unix_offset_ns; /* Unix time = monotonic + this; 0 in a replay, whose clock is Unix time already */

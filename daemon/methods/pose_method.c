@@ -109,10 +109,14 @@ void pose_own(struct methods_env *d, const struct pose *pose)
 
 /* What is recorded goes by the capture's clock, which does not step when the computer's is set; a replay dates it back
  * as its configuration says. */
-static void date_by_capture(const struct methods_env *d, json_t *params, uint64_t given_ns)
+static uint64_t date_by_capture(const struct methods_env *d, json_t *params, uint64_t given_ns)
 {
-    if (json_object_get(params, "t_unix") && !d->replay)
-        json_object_set_new(params, "t_unix", json_real((double)(given_ns + d->unix_offset_ns) * 1e-9));
+    double t_unix;
+    if (!params_has(params, "t_unix") || d->replay)
+        return given_ns;
+    const uint64_t told_ns = pose_input_told(given_ns, d->unix_offset_ns, &t_unix);
+    json_object_set_new(params, "t_unix", json_real(t_unix));
+    return told_ns;
 }
 
 /* Number of the word of no_speed_bound, from 1 on; 0: it is not there, or there is no vehicle whose speed could be
@@ -159,7 +163,7 @@ static bool pose_take(struct methods_env *d, const char *sender, json_t *params,
         return false;
     }
     pose_place(params, &p);
-    p.t_ns = pose_log_dated(&d->poses, given_ns);
+    p.t_ns = pose_log_dated(&d->poses, date_by_capture(d, params, given_ns));
     const bool bound = params_has(params, "speed_bound_mps") || params_has(params, "no_speed_bound");
     const bool pushed = take_push(d, params, p.t_ns);
     if (!p.has && !bound && !pushed)
@@ -169,10 +173,8 @@ static bool pose_take(struct methods_env *d, const char *sender, json_t *params,
             "speed_bound_mps or push_n");
     if (bound && !take_bound(d, params, p.t_ns) && !p.has)
         return rpc_refuse(error, RPC_INVALID_PARAMS, "t_unix is not after that of the last speed_bound_mps");
-    if (!p.has) {
-        date_by_capture(d, params, given_ns);
+    if (!p.has)
         return true;
-    }
     struct velocity_doubt doubt = d->velocity_doubt;
     const bool doubted = velocity_doubt_take(&doubt, &p);
     if (!p.has) {
@@ -186,7 +188,6 @@ static bool pose_take(struct methods_env *d, const char *sender, json_t *params,
         return rpc_refuse(error, RPC_INVALID_PARAMS, "t_unix is not after that of the last pose");
     d->velocity_doubt = doubt;
     tell_velocity(doubted);
-    date_by_capture(d, params, given_ns);
     pose_log_sent_by(&d->poses, p.has, sender);
     tell_doubt(d, params);
     pose_taken(d, &p);

@@ -7,8 +7,10 @@
 uint64_t query_lost_sonars(const struct methods_env *d)
 {
     uint64_t lost = 0;
-    for (int i = 0; i < d->conf.n_sonars && !d->replay; i++) {
+    for (int i = 0; i < d->conf.n_sonars; i++) {
         struct source_stats s;
+        if (d->replay && !(d->told >> i & 1))
+            continue;
         source_stats(d->source[i], &s);
         if (!s.open || s.device.state != DEVICE_RUNNING)
             lost |= 1ull << i;

@@ -11,7 +11,8 @@
 /** query_now - time, the pose as of now with how far off it may be, and lost sonars, as answers take them. */
 struct answer_now query_now(const struct methods_env *d);
 
-/** query_lost_sonars - set of the sonars that are offline. Those of a capture are online while it plays. */
+/** query_lost_sonars - set of the sonars that are offline, in a replay those that were; never one of which the capture
+ * does not tell. */
 uint64_t query_lost_sonars(const struct methods_env *d);
 
 /** query_whole_pose - the newest pose, if it is fresh and can tell where the body's places are. */

@@ -18,16 +18,6 @@
 #include "daemon/replay.h"
 #include "json_units.h"
 
-static const char *state_word(const struct source_stats *s, bool replay)
-{
-    static const char *const words[] = {[DEVICE_CLOSED] = "closed",
-                                        [DEVICE_IDENTIFY] = "asking who is there",
-                                        [DEVICE_SETUP] = "setting up",
-                                        [DEVICE_RUNNING] = "running",
-                                        [DEVICE_SILENT] = "silent"};
-    return s->open || replay ? words[s->device.state] : "no port";
-}
-
 static void write_bus(struct json_out *out, const struct port_bus *bus)
 {
     static const char *const words[] = {[BUS_DOWN] = "down",
@@ -117,7 +107,8 @@ static void write_open_sensor(struct json_out *out, const struct methods_env *d,
     json_member_text(out, "name", conf->name);
     json_member_text(out, "device", conf->device);
     json_member_text(out, "port", conf->port);
-    json_member_word(out, "state", state_word(&s, d->replay));
+    json_member_word(out, "state",
+                     source_state_word(s.open || (d->replay && !(d->told >> i & 1)), s.device.state));
     json_member_text(out, "what", s.device.what);
     json_member_metres(out, "range_m", s.device.range_m);
     json_member_count(out, "pings", s.device.pings);

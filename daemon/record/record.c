@@ -20,9 +20,9 @@
 #define NO_BLOCK    UINT32_MAX
 #define TICK_MS     250
 
-/* A message, or that from here on nothing is kept, or all is again. Not told by the channel: -1 is that of a topic that
- * was refused. */
-enum kind { MESSAGE, PAUSE, GO_ON };
+/* A message, or the configuration that is in force, or that from here on nothing is kept, or all is again. Not told by
+ * the channel: -1 is that of a topic that was refused. */
+enum kind { MESSAGE, CONF, PAUSE, GO_ON };
 
 /* What stands before the bytes of each message in a block. */
 struct entry {
@@ -43,7 +43,8 @@ struct record {
     uint64_t messages, overflows, taken_bytes;
     uint64_t messages_before; /* the present recording ... */
     uint64_t since_ns;        /* ... which was asked for then; 0: none was */
-    bool paused, told;        /* as asked for, and as the thread was told in order with the messages */
+    int conf_channel;
+    bool paused, told; /* as asked for, and as the thread was told in order with the messages */
 
     /* the thread's, once it runs */
     struct segments *segments;
@@ -67,10 +68,13 @@ static void write_block(struct record *rec, const struct block *block)
     for (uint32_t at = 0; at < block->used;) {
         struct entry e;
         memcpy(&e, block->bytes + at, sizeof e);
-        if (e.kind != MESSAGE)
+        const uint8_t *bytes = block->bytes + at + sizeof e;
+        if (e.kind == PAUSE || e.kind == GO_ON)
             segments_pause(rec->segments, e.kind == PAUSE, e.then.t_ns);
-        else
-            segments_message(rec->segments, e.channel, &e.then, block->bytes + at + sizeof e, e.n);
+        if (e.kind == CONF)
+            segments_conf(rec->segments, (const char *)bytes, e.n);
+        if (e.kind == CONF || e.kind == MESSAGE)
+            segments_message(rec->segments, e.channel, &e.then, bytes, e.n);
         at += (uint32_t)sizeof e + e.n;
     }
     atomic_fetch_add_explicit(&rec->written_bytes, block->used, memory_order_relaxed);
@@ -154,24 +158,37 @@ bool record_message(struct record *rec, int channel, uint64_t t_ns, const void *
     return record_message_of(rec, channel, &(struct record_time){t_ns, t_ns}, data, n);
 }
 
-bool record_message_of(struct record *rec, int channel, const struct record_time *then, const void *data, size_t n)
+/* In order with what was told before. False: there is no room. */
+static bool put(struct record *rec, const struct entry *e, const void *data)
 {
-    struct entry e = {.then = *then, .channel = channel, .n = (uint32_t)n};
-    if (rec->paused)
-        return true;
-    struct block *block = tell(rec) && n <= SEGMENTS_MESSAGE_BYTES ? block_for(rec, sizeof e + n) : NULL;
-    rec->messages++;
+    struct block *block = tell(rec) && e->n <= SEGMENTS_MESSAGE_BYTES ? block_for(rec, sizeof *e + e->n) : NULL;
     if (!block) {
         rec->overflows++;
         return false;
     }
-    memcpy(block->bytes + block->used, &e, sizeof e);
-    memcpy(block->bytes + block->used + sizeof e, data, n);
-    block->used += (uint32_t)(sizeof e + n);
-    rec->taken_bytes += sizeof e + n;
+    memcpy(block->bytes + block->used, e, sizeof *e);
+    memcpy(block->bytes + block->used + sizeof *e, data, e->n);
+    block->used += (uint32_t)(sizeof *e + e->n);
+    rec->taken_bytes += sizeof *e + e->n;
     if (ring_count(&rec->ready) == 0) /* otherwise the thread is busy: in company it costs less */
         hand_over(rec);
     return true;
+}
+
+bool record_message_of(struct record *rec, int channel, const struct record_time *then, const void *data, size_t n)
+{
+    if (rec->paused)
+        return true;
+    rec->messages++;
+    return put(rec, &(struct entry){.then = *then, .channel = channel, .n = (uint32_t)n}, data);
+}
+
+bool record_conf(struct record *rec, uint64_t t_ns, const char *text, size_t n)
+{
+    rec->messages += !rec->paused;
+    return put(rec,
+               &(struct entry){.then = {t_ns, t_ns}, .channel = rec->conf_channel, .n = (uint32_t)n, .kind = CONF},
+               text);
 }
 
 void record_tick(struct record *rec)
@@ -254,6 +271,7 @@ struct record *record_open(const struct segments_conf *conf, uint64_t now_ns, st
         release(rec);
         return NULL;
     }
+    rec->conf_channel = segments_channel(rec->segments, RECORD_CONF_TOPIC, "text");
     rec->paused = rec->told = conf->paused;
     rec->since_ns = conf->paused ? 0 : now_ns;
     publish(rec);

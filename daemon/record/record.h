@@ -12,6 +12,8 @@
 #include "core/fault.h"
 #include "segments.h"
 
+#define RECORD_CONF_TOPIC "/sonard.conf" /* the configuration whenever a reload changed it, as text */
+
 struct record_status {
     struct segments_status segments; /* messages: taken or lost until now; lost_messages: with those lost here */
     uint64_t messages_here;          /* of those, since it was last told to go on */
@@ -38,6 +40,10 @@ bool record_message(struct record *rec, int channel, uint64_t t_ns, const void *
 /** record_message_of - the same of bytes of which nobody knows exactly when they came. */
 bool record_message_of(struct record *rec, int channel, const struct record_time *then, const void *data,
                        size_t n);
+
+/** record_conf - n bytes of the configuration that is in force from t_ns (monotonic) on: a message on
+ * RECORD_CONF_TOPIC, and what later segments begin with, also while paused. False: lost, and counted. */
+bool record_conf(struct record *rec, uint64_t t_ns, const char *text, size_t n);
 
 /** record_tick - hand over what still waits for company; call it twice a second. */
 void record_tick(struct record *rec);

@@ -458,6 +458,17 @@ bool segments_message(struct segments *segments, int channel, const struct recor
     return true;
 }
 
+void segments_conf(struct segments *segments, const char *text, size_t n)
+{
+    char *copy = malloc(n + 1);
+    if (!copy)
+        return;
+    memcpy(copy, text, n);
+    free(segments->conf_text);
+    segments->conf_text = copy;
+    segments->conf_size = n;
+}
+
 void segments_tick(struct segments *segments, uint64_t now_ns)
 {
     if (segments->status.paused)

@@ -78,6 +78,9 @@ int segments_channel(struct segments *segments, const char *topic, const char *e
 bool segments_message(struct segments *segments, int channel, const struct record_time *then, const void *data,
                       size_t n);
 
+/** segments_conf - from the next segment on n bytes of `text` are attached; the old ones when there is no memory. */
+void segments_conf(struct segments *segments, const char *text, size_t n);
+
 /**
  * segments_tick - write a chunk older than SEGMENTS_CHUNK_AGE_NS, try again after a failure; call it twice a second.
  */

@@ -59,7 +59,7 @@ struct device_conf {
     bool request_response; /* ask for every ping instead of letting the device transmit by itself */
     bool steered;          /* `steer` will say where to look more often */
     double circle_s;       /* steered: all around within this time, if it can be; 0: in twice as many pings */
-    bool listen_only;      /* a replay: never wait for answers, ask nothing again */
+    bool listen_only;      /* a replay that has bytes alone: never wait for answers, ask nothing again */
     int node;              /* whose messages to take on a bus, its address; -1: anybody's */
     int sensor_id;         /* which of a node's sensors; -1: any */
     unsigned baud;         /* of the line the bytes come over; 0: unknown */
@@ -143,7 +143,7 @@ struct device_ops {
     void (*steer)(void *state, double from_rad, double to_rad, bool only);
     /* Take another range_m, gain and request_response of *conf, which are within what `keys` say, and tell the hardware
      * with what it is sent next; the rest of *conf is as before. NULL: it needs a new start, as all do whose pings do
-     * not say what they were made with: whoever replays them knows the configuration of the start only. */
+     * not say what they were made with: who has but a part of a recording may not know of it. */
     void (*retune)(void *state, const struct device_conf *conf, uint64_t now_ns, const struct device_io *io);
 };
 

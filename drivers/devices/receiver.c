@@ -11,7 +11,7 @@ void receiver_init(struct receiver *l, const struct device_conf *conf, const cha
     *l = (struct receiver){.conf = *conf, .subject = subject, .patience_ns = patience_ns, .due_ns = NEVER};
 }
 
-/* A replay must not wait for what was never recorded. */
+/* Where the bytes alone were recorded, nothing else is waited for. */
 static void wait_for_more(struct receiver *l, uint64_t now_ns)
 {
     l->due_ns = l->conf.listen_only ? NEVER : now_ns + l->patience_ns;

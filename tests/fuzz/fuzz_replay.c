@@ -31,8 +31,8 @@ static const char conf_text[] = "[log]\nlevel = err\n"
                                 "[pipeline]\nqueue = 2\n[vehicle]\nmax_speed = 1 m/s\n"
                                 "[map]\nvoxel = 0.5 m\nmemory = 8 MiB\nextent = 40 m\n"
                                 "[grid]\nrange = 10 m\nangular_step = 10 deg\n";
-static const char *const topics[] = {"/head/rx", "/fan/rx",  "/micron/rx", "/down/rx",
-                                     "/pose",    "/head/tx", "/trigger",   "/fan/trigger"};
+static const char *const topics[] = {"/head/rx", "/fan/rx",  "/micron/rx",   "/down/rx",      "/pose",
+                                     "/head/tx", "/trigger", "/fan/trigger", "/micron/events"};
 
 #define TOPICS (sizeof topics / sizeof *topics)
 
@@ -58,6 +58,20 @@ static void make_folder(void)
     FILE *f = fopen(conf_path, "w");
     if (!f || fputs(conf_text, f) == EOF || fclose(f) != 0)
         abort();
+}
+
+/* An event that is taken, of two bytes; any other text as it is. */
+static size_t event_text(char *text, const uint8_t *b, size_t n)
+{
+    const struct source_event event = {.kind = (enum source_event_kind)(b[0] % (SOURCE_STATE + 1)),
+                                       .to_rad = b[n - 1] / 50.0,
+                                       .only = b[n - 1] & 1,
+                                       .open = b[n - 1] % 7 != 0,
+                                       .state = (enum device_state)(b[n - 1] % (DEVICE_SILENT + 1))};
+    if (n == 2)
+        return source_event_write(&event, text);
+    memcpy(text, b, n);
+    return n;
 }
 
 /* A pose that is taken, of six bytes; any other text as it is. */
@@ -89,10 +103,13 @@ static void write_capture(const uint8_t *data, size_t size)
         char text[512];
         t_ns += (uint64_t)(data[at] >> 4) * (data[at] >> 4) * 10000000u;
         const bool pose = strcmp(topics[topic], "/pose") == 0;
-        const size_t written_n = pose ? pose_text(text, sizeof text, t_ns, data + at + 2, n) : n;
+        const bool event = n > 0 && strstr(topics[topic], "/events");
+        const size_t written_n = pose    ? pose_text(text, sizeof text, t_ns, data + at + 2, n)
+                                 : event ? event_text(text, data + at + 2, n)
+                                         : n;
         const struct mcap_message message = {.log_ns = t_ns,
                                              .publish_ns = t_ns,
-                                             .data = pose ? (const uint8_t *)text : data + at + 2,
+                                             .data = pose || event ? (const uint8_t *)text : data + at + 2,
                                              .size = written_n};
         if (!mcap_write_message(w, channel[topic], &message, &fault))
             abort();

@@ -60,6 +60,7 @@ struct rig {
     bool unplaced;                        /* poses tell the attitude alone */
     double turn_dps;                      /* of the vehicle, from the next step on */
     double north_mps, north_m;            /* likewise; poses tell where it is, the scene does not move */
+    uint64_t heard;                       /* a checksum of the pings so far: times, flags, bearings, poses */
     int64_t clock_off_ns;                 /* by what the computer's clock was set */
     struct clock_note clock_note;
     char path[64], dir[48]; /* of the socket */
@@ -80,6 +81,8 @@ static struct head_conf rig_head = {
     .id = 2, .lag = 2, .ms_per_gradian = 6.0, .processing_ms = 18.0, .sound_speed_mps = 1500.0};
 /* Likewise: measures the work done for clients, who then may ask without a limit; NULL: it takes no time. */
 static uint64_t (*rig_work_clock)(void);
+/* Of the next rig_replay: called before it plays; NULL: nothing is. */
+static void (*rig_before_replay)(void);
 
 int __wrap_clock_gettime(clockid_t clock, struct timespec *t);
 int __wrap_clock_gettime(clockid_t clock, struct timespec *t)
@@ -243,9 +246,20 @@ static uint64_t rig_ping_time(void *ctx, const struct source *source, const stru
     return ping->t_ns;
 }
 
+static void rig_hear(const void *data, size_t n)
+{
+    for (const uint8_t *byte = data; n-- > 0; byte++)
+        rig.heard = (rig.heard ^ *byte) * 0x100000001b3u;
+}
+
 static void rig_on_ping(void *ctx, struct source *source, const struct ping *ping)
 {
     struct methods_env *d = ctx;
+    const uint64_t numbers[] = {ping->t_ns - (d->replay ? RIG_EPOCH_NS : 0), ping->flags, ping->head_units,
+                                ping->n_bins};
+    rig_hear(numbers, sizeof numbers);
+    rig_hear(ping->pose.attitude, sizeof ping->pose.attitude);
+    rig_hear(ping->pose.position_m, sizeof ping->pose.position_m);
     template_ping(&d->templates, source_index(source), ping);
 }
 
@@ -293,13 +307,16 @@ static void rig_configure(const char *more)
     plan_make(&d->conf, &d->plan);
 }
 
-static void rig_make_parts(void)
+/* from_ns: of a virtual clock, the first time that it shows; main sets it before all else, too. */
+static void rig_make_parts(uint64_t from_ns)
 {
     struct methods_env *d = &rig.d;
     struct pipeline_conf p;
     struct pose_drift drift;
     struct fault fault = {""};
     rig_must((d->loop = loop_new(d->replay)) != NULL, "loop", &fault);
+    if (d->replay)
+        loop_advance(d->loop, from_ns);
     d->unix_offset_ns = d->replay ? 0 : RIG_EPOCH_NS;
     d->start_ns = loop_now(d->loop);
     wiring_pipeline(&d->conf, &d->plan, false, &p);
@@ -340,6 +357,7 @@ static void rig_make_parts(void)
                                    .poses = &d->poses,
                                    .record = d->record,
                                    .replay = d->replay,
+                                   .told = d->told,
                                    .steered = d->plan.steered,
                                    .ping_time = rig_ping_time,
                                    .on_ping = rig_on_ping,
@@ -381,6 +399,22 @@ static void rig_serve(void)
     rig.pilot = rig_connect();
 }
 
+/* What `reload` reads, NULL: nothing, and where it takes effect. */
+static inline void rig_set_reload(const struct options *options)
+{
+    struct methods_env *d = &rig.d;
+    d->reload = (struct reload_env){.options = options,
+                                    .conf_name = options ? options->conf : "rig",
+                                    .conf = &d->conf,
+                                    .loop = d->loop,
+                                    .pipeline = d->pipeline,
+                                    .poses = &d->poses,
+                                    .source = d->source,
+                                    .server = d->server,
+                                    .record = d->record,
+                                    .replay = d->replay};
+}
+
 /* A sonar in a scene (tests/sim/lib/scene.h), and the daemon with one sonar "front" of 10 m range and `conf` behind
  * that in the configuration. */
 static void rig_start(const char *scene, const char *conf)
@@ -395,7 +429,7 @@ static void rig_start(const char *scene, const char *conf)
     line_init(&rig.sim.line, NULL, RIG_BAUD, 1);
     rig_far->start(rig_now_ns);
     rig_configure(conf);
-    rig_make_parts();
+    rig_make_parts(0);
     rig_serve();
     source_start(rig.d.source[0]);
     steering_start(&rig.steering, &(struct steering_env){.loop = rig.d.loop,
@@ -508,6 +542,12 @@ static bool rig_take_pose(void *ctx, const void *text, size_t n, struct fault *f
     return good || fault_set(fault, "%s", error.message);
 }
 
+static bool rig_take_reload(void *ctx, const void *text, size_t n, struct fault *fault)
+{
+    const struct methods_env *d = ctx;
+    return reload_replay(&d->reload, text, n, fault);
+}
+
 /* In place of rig_start: the daemon with the same sonar, after it has played a capture. */
 static inline void rig_replay(const char *path, const char *conf)
 {
@@ -520,17 +560,21 @@ static inline void rig_replay(const char *path, const char *conf)
     rig_configure(conf);
     struct replay *replay = replay_open(path, 0, &fault);
     rig_must(replay != NULL, "capture", &fault);
-    rig_make_parts();
+    d->told = replay_told(replay, &d->conf);
+    rig_make_parts(replay_start(replay));
     rig_serve();
-    loop_advance(d->loop, replay_start(replay));
     source_start(d->source[0]);
+    rig_set_reload(NULL);
     const struct replay_env env = {.loop = d->loop,
                                    .pipeline = d->pipeline,
                                    .conf = &d->conf,
                                    .source = d->source,
                                    .aux = &d->aux,
                                    .pose = rig_take_pose,
+                                   .reload = rig_take_reload,
                                    .ctx = d};
+    if (rig_before_replay)
+        rig_before_replay();
     CHECK(replay_run(replay, &env));
     replay_close(replay);
 }

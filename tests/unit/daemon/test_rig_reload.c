@@ -18,14 +18,7 @@ static void begin(const char *conf)
     rig_start("cylinder 5 0 0.5\n", conf);
     snprintf(conf_path, sizeof conf_path, "%s/sonard.conf", rig.dir);
     options = (struct options){.conf = conf_path, .threads = -1};
-    rig.d.reload = (struct reload_env){.options = &options,
-                                       .conf_name = conf_path,
-                                       .conf = &rig.d.conf,
-                                       .loop = rig.d.loop,
-                                       .pipeline = rig.d.pipeline,
-                                       .poses = &rig.d.poses,
-                                       .source = rig.d.source,
-                                       .server = rig.d.server};
+    rig_set_reload(&options);
 }
 
 static void end(void)

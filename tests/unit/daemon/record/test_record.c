@@ -121,6 +121,37 @@ static struct content read_and_remove(void)
     return c;
 }
 
+/* Captures that have this configuration attached. */
+static int attached(const char *conf)
+{
+    char path[400];
+    int n = 0;
+    DIR *d = opendir(dir);
+    for (struct dirent *e; (e = readdir(d)) != NULL;) {
+        struct mcap_attachment a;
+        snprintf(path, sizeof path, "%s/%s", dir, e->d_name);
+        struct mcap_reader *r = e->d_name[0] == '.' ? NULL : mcap_open(path, NULL, NULL, &fault);
+        n += r && mcap_find_attachment(r, "sonard.conf", &a, &fault) && a.size == strlen(conf) &&
+             memcmp(a.data, conf, a.size) == 0;
+        mcap_close(r);
+    }
+    closedir(d);
+    return n;
+}
+
+static void remove_all(void)
+{
+    char path[400];
+    DIR *d = opendir(dir);
+    for (struct dirent *e; (e = readdir(d)) != NULL;) {
+        snprintf(path, sizeof path, "%s/%s", dir, e->d_name);
+        if (e->d_name[0] != '.')
+            unlink(path);
+    }
+    closedir(d);
+    rmdir(dir);
+}
+
 /* Its messages are lost and counted, and no other's. */
 TEST(a_topic_that_was_refused_stops_no_recording)
 {
@@ -150,6 +181,27 @@ TEST(all_arrive_in_order)
     record_close(rec, PATIENCE_MS);
     struct content c = read_and_remove();
     CHECK(c.complete && c.messages == number && c.gaps == 0);
+}
+
+/* It is a message, and what the next recording begins with, also where it came in between. */
+TEST(later_recordings_begin_with_the_configuration_in_force)
+{
+    static const char *const text[] = {"[log]\n", "[log]\nlevel = err\n"};
+    for (int paused = 0; paused < 2; paused++) {
+        int channel;
+        struct record *rec = begin(&channel);
+        feed(rec, channel, 0, 1, 64);
+        record_pause(rec, paused, loop_clock());
+        CHECK(record_conf(rec, loop_clock(), text[paused], strlen(text[paused])));
+        record_pause(rec, true, loop_clock());
+        record_pause(rec, false, loop_clock());
+        feed(rec, channel, 1, 1, 64);
+        settle(rec);
+        CHECK_INT(status(rec).segments.messages, paused ? 2 : 3);
+        record_close(rec, PATIENCE_MS);
+        CHECK_INT(attached(text[paused]), 1);
+        remove_all();
+    }
 }
 
 TEST(a_disk_that_stalls_keeps_nobody_waiting)
@@ -240,6 +292,7 @@ int main(void)
     RUN(what_waits_lies_in_memory_that_is_there); /* first: memory that was used before faults no more */
     RUN(a_topic_that_was_refused_stops_no_recording);
     RUN(all_arrive_in_order);
+    RUN(later_recordings_begin_with_the_configuration_in_force);
     RUN(a_disk_that_stalls_keeps_nobody_waiting);
     RUN(what_has_no_room_is_counted);
     RUN(a_disk_that_never_answers_does_not_keep_the_end);
