@@ -19,14 +19,15 @@
 #define SS150_PER_S  1.9
 #define EM1000_PER_S 600.0
 #define BEAMS        60
-#define ROUNDS       5 /* the median of which is said */
+#define MATRIX       512 /* beams of a sonar that looks up and down, 32 beside and 16 above each other */
+#define ROUNDS       5   /* the median of which is said */
 
 static struct sphere *sphere;
 static void *memory;
 static size_t bytes;
 static uint64_t t_ns;
 static uint32_t seq;
-static struct beam_echoes beams[BEAMS];
+static struct beam_echoes beams[MATRIX];
 static struct store *store; /* each ping is entered there, too; NULL: in the sphere alone */
 
 /* With records of one sonar, as the daemon has them; store_stop: without. */
@@ -188,6 +189,35 @@ static void all_four(const char *with)
     free(room);
 }
 
+/* Microseconds per ping of a matrix, with records, while the vehicle goes way_m between one and the next. */
+static double matrix_us(double way_m)
+{
+    double north_m = 0, us[ROUNDS];
+    start(2.5, 65536, SPHERE_OPENING);
+    for (int round = 0; round < ROUNDS; round++) {
+        const double began_ns = cpu_ns();
+        for (int i = 0; i < 20; i++) {
+            for (int k = 0; k < MATRIX; k++)
+                beams[k] =
+                    heard(geo_rad(3 * (k % 32) - 46.5), geo_rad(5.5 * (k / 32) - 41.25), 20 + 0.01 * (k % 7));
+            enter(MATRIX, 100000000, 4.5, 7.5, north_m += way_m);
+        }
+        us[round] = (cpu_ns() - began_ns) * 1e-3 / 20;
+    }
+    return median(us, ROUNDS);
+}
+
+static void matrices(void)
+{
+    static const int mm[] = {0, 10, 100};
+    const struct store_conf conf = {.beams = {MATRIX}};
+    store_start(MATRIX);
+    for (int i = 0; i < 3; i++)
+        printf("%-24s %2d mm per ping %20.0f us per ping\n", "matrix, records", mm[i], matrix_us(mm[i] * 1e-3));
+    printf("%-24s %36.2f MiB\n", "matrix, its records", (double)store_bytes(&conf) / (1 << 20));
+    store_stop();
+}
+
 static void heads(const char *what)
 {
     for (int i = 0; i < 3; i++) {
@@ -219,6 +249,7 @@ int main(void)
     store_start(1);
     heads("head, records");
     store_stop();
+    matrices();
 
     puts("\ndirections of 1 degree");
     printf("%9s %9s %14s %16s %12s\n", "cells", "room", "echoes/s", "recentre ms", "bytes/room");
