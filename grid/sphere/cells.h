@@ -86,7 +86,8 @@ void cells_forget_gone(struct cells *c, uint32_t sensor);
 /**
  * cells_unlink_all, cells_insert - all live cells leave their directions; then each is hung into one, RINGS_NONE: it
  * becomes free. Returns where it is: not i when its layer's cell was hung there before; then i becomes free, too.
- * CELLS_NONE: nowhere. cells_move - the same of one that hangs in a direction, and in a layer; below 0: it becomes free.
+ * CELLS_NONE: nowhere. cells_move - the same of one that hangs in a direction, and in a layer; below 0: it becomes
+ * free.
  */
 void cells_unlink_all(struct cells *c);
 uint32_t cells_insert(struct cells *c, uint32_t i, uint32_t direction);
