@@ -161,11 +161,40 @@ static void write_beam(const struct writing *w, const struct row_beam *b, double
         }
 }
 
+static void find_parts(const struct matrix_line *l, double at_rad, double half_rad, int part[2])
+{
+    part[0] = water_image_find(l->end_rad, l->parts, at_rad - half_rad + SAME_RAD);
+    part[1] = water_image_find(l->end_rad, l->parts, at_rad + half_rad - SAME_RAD);
+}
+
+/* What is no beam's own, as where one is missing, ends at the echoes of all whose openings touch it. */
+static void end_untold(const struct writing *w, const struct row_beam *b, double el_rad)
+{
+    const uint16_t ends = row_cell(b, ROW_NOTHING, 0, b->ends_m).ends;
+    int column[2], row[2];
+    find_parts(&w->m->az, b->az_rad, w->half_az_rad, column);
+    find_parts(&w->m->el, el_rad, w->half_el_rad, row);
+    for (int y = row[0]; y <= row[1]; y++)
+        for (int x = column[0]; x <= column[1]; x++) {
+            struct water_cell *cell = &w->cell[y * w->m->az.parts + x];
+            if (cell->least == untold.least && ends < cell->ends)
+                cell->ends = ends;
+        }
+}
+
+static bool has_untold(const struct water_cell *cell, int n)
+{
+    int i = 0;
+    while (i < n && cell[i].least != untold.least)
+        i++;
+    return i < n;
+}
+
 static void leave_gaps(struct water_cell *cell, int n)
 {
     for (int i = 0; i < n; i++)
         if (cell[i].least == untold.least)
-            cell[i] = (struct water_cell){.ends = WATER_NO_END};
+            cell[i] = (struct water_cell){.ends = cell[i].ends};
 }
 
 static bool is_within(const struct echoes *e, uint16_t i)
@@ -222,6 +251,12 @@ bool matrix_write(const struct echoes *e, const struct beams_deaf *deaf, struct 
         write_beam(&w, &b, (double)e->beam[i].el_rad);
         record->echoes = record->echoes || b.ends_m < (double)INFINITY;
         near_m = fmin(near_m, fmin(b.near_m, b.edge_near_m));
+    }
+    const bool gaps = has_untold(room->cell, cells);
+    for (uint16_t i = 0; gaps && i < e->n_beams; i++) {
+        const struct row_beam b = beams_one(e, deaf, i);
+        if (is_within(e, i) && b.ends_m < (double)INFINITY)
+            end_untold(&w, &b, (double)e->beam[i].el_rad);
     }
     leave_gaps(room->cell, cells);
     write_ends(&m->az, room->tan_az);

@@ -98,6 +98,28 @@ TEST(a_beam_that_is_missing_is_missed_in_its_own_part_alone)
     CHECK_NEAR(free_m(0, 2.6), 10, 0, 1e-6);
 }
 
+/* What stands where a beam is missing is in the openings of those beside it. */
+TEST(what_is_no_beams_own_ends_at_the_echoes_around)
+{
+    start(8, 20, 20);
+    start_grid(3, 3, 3, 5);
+    aim(4, 3, 5);
+    for (int i = 0; i < 8; i++) {
+        beam[i].n = 1;
+        beam[i].free_to_m = (float)(4 + i);
+    }
+    CHECK(write_image());
+    CHECK(free_m(0, 0) == 0);
+    CHECK_INT(cell_at(0, 0).ends, 400);
+    start(4, 2, 4);
+    start_grid(2, 2, 2, 10);
+    for (int i = 0; i < 4; i++)
+        beam[i].n = 1;
+    CHECK(write_image());
+    CHECK_INT(cell_at(0.5, 0).ends, WATER_NO_END); /* a gap is in no opening */
+    CHECK_INT(cell_at(0.5, 5).ends, 1000);
+}
+
 TEST(an_echo_ends_the_part_of_its_beam)
 {
     start(9, 4, 6);
@@ -255,6 +277,7 @@ int main(void)
     RUN(beams_that_overlap_leave_no_gap_in_between);
     RUN(a_gap_says_nothing);
     RUN(a_beam_that_is_missing_is_missed_in_its_own_part_alone);
+    RUN(what_is_no_beams_own_ends_at_the_echoes_around);
     RUN(an_echo_ends_the_part_of_its_beam);
     RUN(of_two_in_one_direction_the_worse_counts);
     RUN(off_its_axis_a_beam_frees_no_more_than_it_detects);
