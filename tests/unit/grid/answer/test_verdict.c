@@ -545,6 +545,36 @@ TEST(near_holds_less_the_drift_for_who_has_sunk)
     now.pose.drift_m[1] = now.pose.drift_mps = 0;
 }
 
+/* What stands where has to be of one picture with the grid's centre and axes: the next one may have others. */
+TEST(what_may_have_come_is_told_by_the_picture_of_the_beginning)
+{
+    struct obstacles_query q = {.moves = true, .move = {.body = small, .most_m = 2, .near_m = 4}};
+    static struct verdict v;
+    double come_m[2];
+    for (int later = 0; later < 2; later++) {
+        begin();
+        looks_at(UINT64_MAX, 0, false);
+        now.pose.drift_mps = 0.5;
+        q.move.direction[0] = 1;
+        put(3.5, 4);
+        store_list(store, &list);
+        const struct verdict_evidence evidence = {&picture, store, &list, &by, &now};
+        bool more = verdict_begin(&v, &evidence, &q, OWN_M);
+        if (later) {
+            const struct picture_entry nothing = {0};
+            picture_begin(&picture);
+            picture_set(&picture, rings_index(&rings, 0.01, 0.01), &nothing);
+            picture_end(&picture);
+        }
+        while (more)
+            more = verdict_step(&v);
+        come_m[later] = v.horizon.promise.come_m[0];
+    }
+    now.pose.drift_mps = 0;
+    CHECK(come_m[0] < 4);
+    CHECK_NEAR(come_m[1], come_m[0], 0, 1e-9);
+}
+
 TEST(a_body_is_told_why_it_goes_no_farther)
 {
     static const struct corridor_body thin = {0.05, 0.05, 0};
@@ -607,6 +637,7 @@ int main(void)
     RUN(near_covers_no_lost_ping_of_a_head_beside_a_coarser_one);
     RUN(near_covers_no_water_that_a_turn_brings_into_a_still_beam);
     RUN(near_holds_less_the_drift_for_who_has_sunk);
+    RUN(what_may_have_come_is_told_by_the_picture_of_the_beginning);
     RUN(a_body_is_told_why_it_goes_no_farther);
     RUN(a_body_does_not_sink_into_the_bottom);
     return test_end();
