@@ -132,6 +132,18 @@ TEST(the_last_beams_of_a_head_are_a_row_that_is_kept_every_sixth)
     CHECK(free_at(55, 0) <= START_M);
 }
 
+/* However few of them lie within the width of a row. */
+TEST(no_beam_of_a_head_of_long_steps_is_left_out)
+{
+    for (int step_deg = 8; step_deg <= 40; step_deg++) {
+        begin(1, step_deg);
+        for (int i = 0; i * step_deg < 300; i++)
+            send_at(i * step_deg);
+        for (int i = 0; i * step_deg < 300; i++)
+            CHECK_NEAR(free_at(i * step_deg, 0), 10, 0, 0.13);
+    }
+}
+
 TEST(a_row_goes_round_north_and_back)
 {
     for (int sense = -1; sense <= 1; sense += 2) {
@@ -803,6 +815,7 @@ int main(void)
     RUN(memory_is_bounded);
     RUN(a_ping_that_alone_shows_an_echo_is_kept);
     RUN(the_last_beams_of_a_head_are_a_row_that_is_kept_every_sixth);
+    RUN(no_beam_of_a_head_of_long_steps_is_left_out);
     RUN(a_row_goes_round_north_and_back);
     RUN(where_pings_are_lost_a_row_says_nothing);
     RUN(nearer_than_beams_overlap_nothing_is_free);
