@@ -129,12 +129,12 @@ bool horizon_take(struct horizon *h, const struct ask *ask, const struct horizon
     return is_open(h);
 }
 
-/* Has anybody looked there, no farther aside than half of what two of a sonar's beams leave out? */
+/* Has anybody looked there, no farther aside than half of what two of that sonar's beams leave out? */
 static bool is_seen(const struct horizon *h, double az_rad, const struct water_view *all, int n)
 {
-    const double v[3] = {cos(az_rad), sin(az_rad), 0};
+    const double v[3] = {cos(az_rad), sin(az_rad), 0}, *gap_rad = h->promise.frame->looks.gap_rad;
     for (int i = 0; i < n; i++)
-        if (water_shows(&all[i], v, h->near_m, h->promise.frame->looks.gap_rad / 2))
+        if (water_shows(&all[i], v, h->near_m, gap_rad[all[i].record->sensor % BEARINGS_SENSORS] / 2))
             return true;
     return false;
 }

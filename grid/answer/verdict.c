@@ -253,6 +253,7 @@ static bool look_at_picture(struct verdict *v)
         return false;
     }
     sight_locate(&v->frame, v->by.conf, v->by.now, &v->place);
+    v->horizon.promise = promise_begin(v->by.picture, v->by.conf, &v->frame, v->by.now, &v->place);
     take_obstacles(v, found, obstacles_find(&scene, &v->query, found));
     return true;
 }

@@ -70,7 +70,7 @@ struct verdict {
     bool seeking;    /* where the tile in which the next part ended begins to be free, ... */
     double sought_m; /* ... from here on */
     bool looking;    /* how far `near` holds for a body that moves is being asked */
-    struct horizon horizon;
+    struct horizon horizon; /* with the promise, of the picture in which the obstacles were found */
     struct corridor corridor; /* the answer about it */
     struct verdict_part part[ANSWER_SECTORS_MAX];
     int n, n_aside; /* negative: not looked at yet */

@@ -90,7 +90,6 @@ void verdict_heed_shown(struct verdict *v)
 {
     if (v->by.now->pose.drift_mps <= 0)
         return;
-    const struct promise promise = promise_begin(v->by.picture, v->by.conf, &v->frame, v->by.now, &v->place);
     const struct ask_question from_own = verdict_question(v, 0, v->own_m);
     struct question_shape q;
     question_begin(&q, &from_own);
@@ -98,7 +97,7 @@ void verdict_heed_shown(struct verdict *v)
         uint32_t n, column = question_columns(&q, row, &n);
         for (; n > 0; n--, column++) {
             const struct tile_index root = {0, (uint16_t)row, (uint16_t)(column % tiles_columns(row))};
-            heed_shown_in(v, &promise, &q, &root);
+            heed_shown_in(v, &v->horizon.promise, &q, &root);
         }
     }
 }

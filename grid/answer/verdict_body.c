@@ -4,7 +4,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "promise.h"
 #include "verdict_ask.h"
 #include "verdict_bars.h"
 #include "verdict_begins.h"
@@ -128,7 +127,6 @@ static void ask_way(struct verdict *v)
 void verdict_look_around(struct verdict *v)
 {
     const struct ask_question q = verdict_way(v);
-    v->horizon.promise = promise_begin(v->by.picture, v->by.conf, &v->frame, v->by.now, &v->place);
     v->looking = horizon_begin(&v->horizon, q.axis, v->frame.axes_rad, verdict_near_m(v));
     if (v->looking)
         ask_horizon(v);

@@ -275,7 +275,7 @@ void bearings_tell(const struct bearings *b, const uint32_t turn_ms[BEARINGS_SEN
             out->heard_ds[k][i] = tenths(b->t_ns, sensor->heard_ns[i]);
         out->first_turns |= first_turns;
         if (gap_rad > TOUCH_RAD)
-            out->gap_rad = fmax(out->gap_rad, gap_rad);
+            out->gap_rad[k] = gap_rad;
     }
 }
 

@@ -40,8 +40,9 @@ struct bearings_looks {
      * sensor last came back after it had been away. */
     uint16_t heard_ds[BEARINGS_SENSORS][BEARINGS];
     uint16_t back_ds[BEARINGS_SENSORS];
-    double level_rad;     /* so far above and below the body's level plane heads hear at all these bearings */
-    double gap_rad;       /* so wide a gap between two beams is a head's own, not a lost ping's; 0: none is */
+    double level_rad; /* so far above and below the body's level plane heads hear at all these bearings */
+    /* so wide a gap between two beams is that head's own, not a lost ping's; 0: none is */
+    double gap_rad[BEARINGS_SENSORS];
     uint64_t first_turns; /* a whole word; 1: some head has not been everywhere twice */
 };
 

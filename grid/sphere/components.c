@@ -427,7 +427,7 @@ void components_turn(struct components *c, double turn_rad)
         c->bucket[i] = COMPONENTS_NONE;
     for (uint32_t i = 0; i < c->high; i++) {
         struct component_cell *cell = &c->cell[i];
-        if (cell->state != CELL_IN)
+        if (cell->state == CELL_FREE) /* what has left stays in the table until it is settled */
             continue;
         cell->direction = rings_turned(c->rings, cell->direction, turn_rad);
         uint32_t *bucket = bucket_of(c, cell->direction, cell->layer);

@@ -466,7 +466,18 @@ bool water_covers(const struct water_view *view, const struct water_tile *tile, 
     return touch(&k, &s).any;
 }
 
-/* A gap between beams frees nothing and ends nothing; nor does one deaf beam. */
+#define BEGINNING 0.1 /* of the way */
+
+/* Up to its echo, or to where it would have heard one. Behind that nobody has looked: not where the vehicle has come to
+ * since. A gap between beams frees nothing and ends nothing; nor does one deaf beam. */
+static bool hears_to(const struct deciding *k, const struct water_cell *cell, double at_m)
+{
+    const double gone_m = k->lever_m - k->view->record->lever_m,
+                 on_way_m = fmin(fmax(gone_m, BEGINNING * at_m), at_m);
+    const int to = cell->ends != WATER_NO_END && cell->ends > cell->most ? cell->ends : cell->most;
+    return to > 0 && to * WATER_UNIT_M + k->view->record->lever_m >= point_at(k, on_way_m).range;
+}
+
 bool water_shows(const struct water_view *view, const double v[3], double at_m, double within_rad)
 {
     const struct water_tile line = {.v = {v[0], v[1], v[2]}};
@@ -484,7 +495,7 @@ bool water_shows(const struct water_view *view, const double v[3], double at_m, 
     find_part(image->tan_az, image->columns, &az, part.column);
     find_part(image->tan_el, image->rows, &el, part.row);
     const struct water_cell cell = water_image_of(image, &part);
-    return cell.most > 0 || cell.ends != WATER_NO_END;
+    return hears_to(&k, &cell, at_m);
 }
 
 void water_decide(const struct water_view *view, const struct water_tile *tile, double from_m, double to_m,

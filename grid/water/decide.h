@@ -61,8 +61,9 @@ bool water_touches(const struct water_view *view, const struct water_tile *tile,
 /** water_covers - may the image hold some of the tile at that range, whatever it says of it? */
 bool water_covers(const struct water_view *view, const struct water_tile *tile, double at_m);
 
-/** water_shows - does a beam pass no farther than within_rad from that place, as poses have it, and received something,
- * or nothing twice? v: a unit vector, NED. */
+/** water_shows - does a beam pass no farther than within_rad from that place, as poses have it, and did it hear what is
+ * on the way there from the vehicle? From where the vehicle is it need not have heard more than the beginning of that;
+ * from elsewhere, so much more as it has gone since. v: a unit vector, NED. */
 bool water_shows(const struct water_view *view, const double v[3], double at_m, double within_rad);
 
 /** water_decide - the tile from from_m (>= 0) to to_m; *out is emptied first. O(cells met x log range). */

@@ -103,6 +103,14 @@ static void make_room(struct sweep *s, const struct sweep_look *next)
     }
 }
 
+/* Of so many beams' rows the last one is kept: of a row that has left beams behind no more than stay in it, so that two
+ * that are kept have one in common. */
+static int each(const struct sweep *s)
+{
+    const int stay = s->n - s->first;
+    return s->first == 0 || stay > SWEEP_EACH ? SWEEP_EACH : stay > 1 ? stay : 1;
+}
+
 /* Two in a row that received nothing usable end what both looked at. */
 static void end_both(struct sweep_look *last, const struct sweep_look *next)
 {
@@ -123,7 +131,7 @@ bool sweep_add(struct sweep *s, const struct water_record *at, const struct beam
         s->sense = azimuth(&next.at, &s->look[s->n - 1].at) > 0 ? 1 : -1;
         end_both(&s->look[s->n - 1], &next);
         make_room(s, &next);
-        s->since = s->since == SWEEP_EACH ? 1 : s->since + 1;
+        s->since = s->since >= each(s) ? 1 : s->since + 1;
         s->before = s->look[s->n - 1].at.seq;
         next.apart = !join(&s->look[s->n - 1], &next, next.join_m);
     } else

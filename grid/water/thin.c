@@ -40,9 +40,10 @@ struct place {
     int row;
 };
 
-static bool shows_end_in(const struct water_image *image, int row, int column, double range_m)
+/* In that column or, as bearings are rounded and the sensor turns, up to `beside` from it. */
+static bool shows_end_in(const struct water_image *image, int row, int column, double range_m, int beside)
 {
-    for (int i = column > 0 ? column - 1 : 0; i <= column + 1 && i < image->columns; i++) {
+    for (int i = column > beside ? column - beside : 0; i <= column + beside && i < image->columns; i++) {
         const struct water_cell cell = image->cell[row * image->columns + i];
         if (cell.ends != WATER_NO_END && cell.ends * WATER_UNIT_M <= range_m + ALIKE_M)
             return true;
@@ -51,7 +52,7 @@ static bool shows_end_in(const struct water_image *image, int row, int column, d
 }
 
 /* All rows of one elevation end at the same echoes. */
-static bool shows_end(const struct water_record *r, const struct place *p)
+static bool shows_end(const struct water_record *r, const struct place *p, int beside)
 {
     const struct water_image *image = &r->image;
     const double to[3] = {p->north_m[0] - r->place_m[0], p->north_m[1] - r->place_m[1],
@@ -61,11 +62,11 @@ static bool shows_end(const struct water_record *r, const struct place *p)
         return range_m <= NEAR_M; /* the sensor is all but there */
     const int column = water_image_find(image->tan_az, image->columns, right / ahead);
     if (image->parts == image->rows)
-        return shows_end_in(image, p->row, column, range_m);
+        return shows_end_in(image, p->row, column, range_m, beside);
     const double tan_el = -geo_dot(to, r->axis[2]) / hypot(ahead, right);
     const int row = water_image_find(image->tan_el, image->rows, tan_el);
-    for (int y = row > 0 ? row - 1 : 0; y <= row + 1 && y < image->rows; y++)
-        if (shows_end_in(image, y, column, range_m))
+    for (int y = row > beside ? row - beside : 0; y <= row + beside && y < image->rows; y++)
+        if (shows_end_in(image, y, column, range_m, beside))
             return true;
     return false;
 }
@@ -84,6 +85,8 @@ static struct place end_of(const struct water_record *r, int row, int column)
     return p;
 }
 
+/* Seen by both may be something else that stands beside it, nearer; at the place itself one of them ends, too, what is
+ * older. */
 static bool spares_row(const struct water_record *before, const struct water_record *middle,
                        const struct water_record *newest, int row)
 {
@@ -91,7 +94,8 @@ static bool spares_row(const struct water_record *before, const struct water_rec
         if (middle->image.cell[row * middle->image.columns + i].ends == WATER_NO_END)
             continue;
         const struct place end = end_of(middle, row, i);
-        if (!shows_end(before, &end) || !shows_end(newest, &end))
+        if (!shows_end(before, &end, 1) || !shows_end(newest, &end, 1) ||
+            !(shows_end(before, &end, 0) || shows_end(newest, &end, 0)))
             return false;
     }
     return true;

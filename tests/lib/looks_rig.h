@@ -15,7 +15,7 @@ static inline void looks_at(uint64_t bearings, double gap_deg, bool first_turns)
                                           .hears = {bearings},
                                           .last_ns = {NOW},
                                           .level_rad = geo_rad(10),
-                                          .gap_rad = geo_rad(gap_deg),
+                                          .gap_rad = {geo_rad(gap_deg)},
                                           .first_turns = first_turns};
     picture_begin(&picture);
     picture_set_frame(&picture, &frame);

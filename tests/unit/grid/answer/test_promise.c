@@ -374,7 +374,7 @@ TEST(near_covers_nothing_more_where_no_sonar_hears)
                                               .hears = {row[i].hears[0], row[i].hears[1]},
                                               .last_ns = {NOW - (uint64_t)(row[i].silent_s * 1e9), NOW},
                                               .level_rad = geo_rad(10),
-                                              .gap_rad = geo_rad(3),
+                                              .gap_rad = {geo_rad(3)},
                                               .first_turns = row[i].first_turns};
         frame.looks.turn_s[0] = row[i].turn_s;
         frame.looks.back_ds[0] = BEARINGS_NEVER;

@@ -11,7 +11,7 @@
 #define BEAMS 32
 #define OWN_M 0.5
 
-static const struct store_conf conf = {.beams = {BEAMS}, .spare = 1};
+static const struct store_conf conf = {.beams = {BEAMS, 1}, .spare = 1};
 static struct store *store;
 static struct store_list list;
 static struct answer_conf by = {.clear_for_s = 30, .move_limit_m = INFINITY};
@@ -423,19 +423,19 @@ TEST(near_is_no_leave_to_go_where_a_sonar_has_not_looked)
 static void turn_head(struct bearings *b, double lost_deg)
 {
     static const uint32_t turn_ms[BEARINGS_SENSORS];
+    const struct pose stays = now.pose;
     struct picture_frame frame;
     ping.n_beams = 1;
     ping.turns = true;
     ping.az_aperture_rad = (float)geo_rad(2);
     beam[0] = (struct beam_echoes){.blind_m = 0.75f, .free_to_m = 2, .n = 1, .echo = {{.range_m = 2}}};
-    ping.t_ns = NOW - SECOND;
     ping.seq += 100; /* it came from behind */
     for (int k = -50; k <= 50; k++) {
         beam[0].az_rad = (float)geo_wrap(geo_rad(HEAD_STEP_DEG * k));
         quat_from_rpy(0, 0, geo_rad(k % 2 ? 0.3 : -0.3), now.pose.attitude);
         ping.flags = k == -50 ? PING_NEW_TURN : 0;
         ping.seq++;
-        ping.t_ns += TICK / 20;
+        ping.t_ns += TICK / 25;
         ping.pose = now.pose;
         ping.pose.t_ns = ping.t_ns;
         if (fabs(HEAD_STEP_DEG * k - lost_deg) < 0.1)
@@ -443,8 +443,7 @@ static void turn_head(struct bearings *b, double lost_deg)
         store_enter(store, &ping, &mount_identity);
         bearings_enter(b, &ping, &mount_identity);
     }
-    now.pose = pose_identity;
-    now.pose.has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH;
+    now.pose = stays;
     picture_get_frame(&picture, &frame);
     bearings_tell(b, turn_ms, &frame.looks);
     picture_begin(&picture);
@@ -468,6 +467,54 @@ TEST(near_holds_where_a_head_has_looked)
         turn_head(&b, lost_deg + 2 * HEAD_STEP_DEG);
         CHECK_NEAR(way(&small, 0, 1.9, 4)->known_m, 1.9, 0, 1e-9);
     }
+}
+
+static void go_ahead(double way_m)
+{
+    for (double left_m = way_m; left_m > 0; left_m -= POSE_STEP_MOST_M / 2) {
+        now.pose.position_m[0] += fmin(left_m, POSE_STEP_MOST_M / 2);
+        now.pose.path_m = now.pose.position_m[0];
+        now.pose.t_ns = ping.t_ns;
+        store_follow(store, &now.pose);
+    }
+}
+
+/* What a beam heard before the vehicle came there: up to its echo and no farther. */
+TEST(near_needs_no_look_from_elsewhere_unless_it_reached_there)
+{
+    static const struct {
+        double way_m;
+        bool known;
+    } row[] = {{0, true}, {0.1, true}, {1.5, false}, {5, false}, {40, false}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct bearings b = {0};
+        begin();
+        turn_head(&b, 180);
+        go_ahead(row[i].way_m);
+        turn_head(&b, 0);
+        const double known_m = way(&small, 0, 1.9, 4)->known_m;
+        CHECK(row[i].known ? known_m == 1.9 : known_m < 0.5);
+    }
+}
+
+/* A head of long steps leaves gaps between its own beams; those of another one are lost pings all the same. */
+TEST(near_covers_no_lost_ping_of_a_head_beside_a_coarser_one)
+{
+    struct bearings b = {0};
+    begin();
+    ping.sensor = 1;
+    ping.n_beams = 1;
+    ping.turns = true;
+    ping.az_aperture_rad = (float)geo_rad(2);
+    beam[0] = (struct beam_echoes){.blind_m = 0.75f, .free_to_m = 2, .n = 1, .echo = {{.range_m = 2}}};
+    for (int k = 0; k <= 6; k++) {
+        beam[0].az_rad = (float)geo_rad(120 + 20 * k);
+        send();
+        bearings_enter(&b, &ping, &mount_identity);
+    }
+    ping.sensor = 0;
+    turn_head(&b, 0);
+    CHECK(way(&small, 0, 1.9, 4)->known_m < 0.1);
 }
 
 /* A turn brings new water into the fan's sight, of which it has yet to show what is there. */
@@ -496,6 +543,36 @@ TEST(near_holds_less_the_drift_for_who_has_sunk)
     CHECK_NEAR(way(&small, 0, 1, 3)->known_m, 1, 0, 1e-9);
     CHECK(way(&small, 0, 4, 3)->known_m < 3 - 0.9 + 0.3);
     now.pose.drift_m[1] = now.pose.drift_mps = 0;
+}
+
+/* What stands where has to be of one picture with the grid's centre and axes: the next one may have others. */
+TEST(what_may_have_come_is_told_by_the_picture_of_the_beginning)
+{
+    struct obstacles_query q = {.moves = true, .move = {.body = small, .most_m = 2, .near_m = 4}};
+    static struct verdict v;
+    double come_m[2];
+    for (int later = 0; later < 2; later++) {
+        begin();
+        looks_at(UINT64_MAX, 0, false);
+        now.pose.drift_mps = 0.5;
+        q.move.direction[0] = 1;
+        put(3.5, 4);
+        store_list(store, &list);
+        const struct verdict_evidence evidence = {&picture, store, &list, &by, &now};
+        bool more = verdict_begin(&v, &evidence, &q, OWN_M);
+        if (later) {
+            const struct picture_entry nothing = {0};
+            picture_begin(&picture);
+            picture_set(&picture, rings_index(&rings, 0.01, 0.01), &nothing);
+            picture_end(&picture);
+        }
+        while (more)
+            more = verdict_step(&v);
+        come_m[later] = v.horizon.promise.come_m[0];
+    }
+    now.pose.drift_mps = 0;
+    CHECK(come_m[0] < 4);
+    CHECK_NEAR(come_m[1], come_m[0], 0, 1e-9);
 }
 
 TEST(a_body_is_told_why_it_goes_no_farther)
@@ -556,8 +633,11 @@ int main(void)
     RUN(a_larger_body_goes_no_farther);
     RUN(near_is_no_leave_to_go_where_a_sonar_has_not_looked);
     RUN(near_holds_where_a_head_has_looked);
+    RUN(near_needs_no_look_from_elsewhere_unless_it_reached_there);
+    RUN(near_covers_no_lost_ping_of_a_head_beside_a_coarser_one);
     RUN(near_covers_no_water_that_a_turn_brings_into_a_still_beam);
     RUN(near_holds_less_the_drift_for_who_has_sunk);
+    RUN(what_may_have_come_is_told_by_the_picture_of_the_beginning);
     RUN(a_body_is_told_why_it_goes_no_farther);
     RUN(a_body_does_not_sink_into_the_bottom);
     return test_end();

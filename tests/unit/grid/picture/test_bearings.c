@@ -161,7 +161,7 @@ TEST(a_lost_ping_is_no_gap_between_beams)
                 if (k || !row[i].lost)
                     ping(0, 1, row[i].step_deg * k, row[i].step_deg * k, 25, k == -5);
         bearings_tell(&b, turn_ms, &looks);
-        CHECK_NEAR(geo_deg(looks.gap_rad), row[i].gap_deg, 1e-3, 0);
+        CHECK_NEAR(geo_deg(looks.gap_rad[0]), row[i].gap_deg, 1e-3, 0);
         CHECK(looks.first_turns == (row[i].turns < 3));
     }
 }

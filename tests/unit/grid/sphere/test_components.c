@@ -375,6 +375,28 @@ TEST(after_turns_of_the_axes_all_equals_a_recomputation_and_most_labels_last)
     CHECK(kept > parts / 2);
 }
 
+/* A look may be dropped when some cells have left it and none is settled; then the axes turn. */
+TEST(cells_that_leave_before_a_turn_of_the_axes_are_out_after_it)
+{
+    uniform(4, 120);
+    begin();
+    components_begin(&components);
+    for (uint32_t i = 0; i < 5; i++)
+        put(130 + 20 * i, 3);
+    components_end(&components, 1000);
+    uint32_t at = 0;
+    components_begin(&components);
+    CHECK(!components_leave(&components, &at, 2));
+    components_turn(&components, geo_rad(9));
+    components_begin(&components);
+    const uint32_t again = put(rings_turned(&rings, 130, geo_rad(9)), 3);
+    components_end(&components, 2000);
+    CHECK_INT(components.used, 1);
+    CHECK_INT(components_of(&components, again)->cells, 1);
+    CHECK_INT(components_of(&components, again)->seeds, 1);
+    CHECK_INT(count(), 1);
+}
+
 int main(void)
 {
     RUN(components_equal_the_table);
@@ -388,5 +410,6 @@ int main(void)
     RUN(a_full_pool_refuses_and_keeps_what_it_has);
     RUN(a_hundred_thousand_random_changes_equal_a_recomputation);
     RUN(after_turns_of_the_axes_all_equals_a_recomputation_and_most_labels_last);
+    RUN(cells_that_leave_before_a_turn_of_the_axes_are_out_after_it);
     return test_end();
 }

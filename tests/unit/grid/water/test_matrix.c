@@ -98,6 +98,28 @@ TEST(a_beam_that_is_missing_is_missed_in_its_own_part_alone)
     CHECK_NEAR(free_m(0, 2.6), 10, 0, 1e-6);
 }
 
+/* What stands where a beam is missing is in the openings of those beside it. */
+TEST(what_is_no_beams_own_ends_at_the_echoes_around)
+{
+    start(8, 20, 20);
+    start_grid(3, 3, 3, 5);
+    aim(4, 3, 5);
+    for (int i = 0; i < 8; i++) {
+        beam[i].n = 1;
+        beam[i].free_to_m = (float)(4 + i);
+    }
+    CHECK(write_image());
+    CHECK(free_m(0, 0) == 0);
+    CHECK_INT(cell_at(0, 0).ends, 400);
+    start(4, 2, 4);
+    start_grid(2, 2, 2, 10);
+    for (int i = 0; i < 4; i++)
+        beam[i].n = 1;
+    CHECK(write_image());
+    CHECK_INT(cell_at(0.5, 0).ends, WATER_NO_END); /* a gap is in no opening */
+    CHECK_INT(cell_at(0.5, 5).ends, 1000);
+}
+
 TEST(an_echo_ends_the_part_of_its_beam)
 {
     start(9, 4, 6);
@@ -128,26 +150,75 @@ TEST(of_two_in_one_direction_the_worse_counts)
     CHECK_NEAR(free_m(-1, -2), 10, 0, 1e-6);
 }
 
-/* As far as in the worst of a beam's own part: what takes it off its axis to the side and upward adds up. */
+static void hear_less_aside(int beams)
+{
+    for (int i = 0; i < beams; i++) {
+        beam[i].off_axis = true;
+        beam[i].side_to_m = 7;
+        beam[i].edge_from_m = 0.5f;
+        beam[i].edge_to_m = 5;
+    }
+}
+
+/* The most that a beam says there: what takes it off its axis to the side and upward adds up. */
+static double most_aside_m(double az_deg, double el_deg)
+{
+    const double half_az = geo_deg((double)ping.az_aperture_rad) / 2,
+                 half_el = geo_deg((double)ping.el_aperture_rad) / 2;
+    double most_m = 0;
+    for (int i = 0; i < ping.n_beams; i++) {
+        const double share = hypot((az_deg - geo_deg(beams_az_rad(&beam[i]))) / half_az,
+                                   (el_deg - geo_deg((double)beam[i].el_rad)) / half_el) -
+                             1e-3;
+        most_m = fmax(most_m, share <= BEAM_AXIS_SHARE ? 10 : share <= BEAM_SIDE_SHARE ? 7 : share <= 1 ? 5 : 0);
+    }
+    return most_m;
+}
+
 TEST(off_its_axis_a_beam_frees_no_more_than_it_detects)
 {
+    struct dice dice = dice_of(46002, 0);
     static const struct {
-        double column_deg, row_deg, free_m;
-    } grids[] = {{0.6, 0.6, 10}, {1.9, 1.9, 7}, {2.7, 2.7, 5}, {3.5, 1.5, 5}, {3, 3, 0}};
+        int columns, rows;
+        double column_deg, row_deg, seam_m;
+    } grids[] = {{5, 5, 0.6, 0.6, 10}, {5, 5, 1.9, 1.9, 7}, {5, 5, 2.7, 2.7, 7}, {5, 5, 3.5, 1.5, 5},
+                 {5, 5, 3, 3, 5},      {32, 2, 1.9, 3, 7},  {2, 2, 9, 9, 0},     {1, 3, 9, 9, 0}};
     for (size_t k = 0; k < sizeof grids / sizeof *grids; k++) {
-        start(25, 4, 4);
-        start_grid(5, 5, grids[k].column_deg, grids[k].row_deg);
-        for (int i = 0; i < 25; i++) {
-            beam[i].off_axis = true;
-            beam[i].side_to_m = 7;
-            beam[i].edge_from_m = 0.5f;
-            beam[i].edge_to_m = 5;
-        }
+        const int beams = grids[k].columns * grids[k].rows;
+        start((uint16_t)beams, 4, 4);
+        start_grid(grids[k].columns, grids[k].rows, grids[k].column_deg, grids[k].row_deg);
+        hear_less_aside(beams);
         CHECK(write_image());
-        CHECK_NEAR(free_m(0, 0), grids[k].free_m, 0, 1e-6);
-        if (grids[k].free_m == 5)
-            CHECK_INT(cell_at(0, 0).from, 50);
+        CHECK(row_bytes(record.image.columns, record.image.rows) <=
+              row_bytes(row_columns((uint32_t)beams), ROW_ROWS));
+        for (int i = 0; i < beams; i++) {
+            const double az = geo_deg(beams_az_rad(&beam[i])), el = geo_deg((double)beam[i].el_rad);
+            CHECK(free_m(az, el) >= 5 && free_m(az + 0.9, el - 0.9) >= 5);
+        }
+        for (int i = 0; i < 2000; i++) {
+            const double az = 160 * dice_uniform(&dice) - 80, el = 30 * dice_uniform(&dice) - 15;
+            CHECK(free_m(az, el) <= most_aside_m(az, el) + 1e-6);
+        }
+        if (grids[k].columns > 1)
+            CHECK_NEAR(
+                free_m(geo_deg(beams_az_rad(&beam[0])) + grids[k].column_deg / 2, geo_deg((double)beam[0].el_rad)),
+                grids[k].seam_m, 0, 1e-6);
+        if (grids[k].seam_m == 5)
+            CHECK_INT(cell_at(grids[k].column_deg / 2, 0).from, 50);
     }
+}
+
+/* In the corners of a beam's opening nothing is free, yet its echo ends what is older. */
+TEST(an_echo_ends_all_of_a_beam_that_hears_less_aside)
+{
+    start(4, 4, 4);
+    start_grid(2, 2, 9, 9);
+    hear_less_aside(4);
+    for (int i = 0; i < 4; i++)
+        beam[i].n = 1;
+    CHECK(write_image());
+    for (double off = -1.9; off < 2; off += 0.1)
+        CHECK(cell_at(4.5 + off, 4.5 + off).ends == 1000 && cell_at(4.5 + off, 4.5 - off).ends == 1000);
 }
 
 TEST(a_column_of_beams_is_one_image)
@@ -206,9 +277,11 @@ int main(void)
     RUN(beams_that_overlap_leave_no_gap_in_between);
     RUN(a_gap_says_nothing);
     RUN(a_beam_that_is_missing_is_missed_in_its_own_part_alone);
+    RUN(what_is_no_beams_own_ends_at_the_echoes_around);
     RUN(an_echo_ends_the_part_of_its_beam);
     RUN(of_two_in_one_direction_the_worse_counts);
     RUN(off_its_axis_a_beam_frees_no_more_than_it_detects);
+    RUN(an_echo_ends_all_of_a_beam_that_hears_less_aside);
     RUN(a_column_of_beams_is_one_image);
     RUN(no_beams_free_what_none_of_them_sees);
     return test_end();

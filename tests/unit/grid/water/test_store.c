@@ -90,6 +90,30 @@ TEST(memory_is_bounded)
     }
 }
 
+/* Something else stands beside it, nearer: both pings show that, and neither of them the echo. */
+TEST(a_ping_that_alone_shows_an_echo_is_kept)
+{
+    for (int matrix = 0; matrix < 2; matrix++) {
+        begin(3, 10);
+        ping.el_aperture_rad = (float)geo_rad(10);
+        for (int i = 0; i < 3 && matrix; i++) {
+            beam[i].az_rad = 0;
+            beam[i].el_rad = (float)geo_rad(10 * (i - 1));
+        }
+        beam[2].n = 1;
+        beam[2].free_to_m = 2;
+        for (int k = 0; k < 3; k++) {
+            beam[1].n = k == 1;
+            beam[1].free_to_m = k == 0 ? 10 : k == 1 ? 5 : 0; /* at last it received nothing, once */
+            pose.position_m[0] += 0.03;
+            pose.path_m += 0.03;
+            send();
+        }
+        CHECK_INT(store->pool.n, 3);
+        CHECK_NEAR(free_at(0, 0), 5, 0, 0.2);
+    }
+}
+
 TEST(the_last_beams_of_a_head_are_a_row_that_is_kept_every_sixth)
 {
     begin(1, 2.5);
@@ -106,6 +130,18 @@ TEST(the_last_beams_of_a_head_are_a_row_that_is_kept_every_sixth)
     CHECK_NEAR(free_at(25, 0), 10, 0, 0.13);
     CHECK_NEAR(free_at(49, 0), 10, 0, 0.13);
     CHECK(free_at(55, 0) <= START_M);
+}
+
+/* However few of them lie within the width of a row. */
+TEST(no_beam_of_a_head_of_long_steps_is_left_out)
+{
+    for (int step_deg = 8; step_deg <= 40; step_deg++) {
+        begin(1, step_deg);
+        for (int i = 0; i * step_deg < 300; i++)
+            send_at(i * step_deg);
+        for (int i = 0; i * step_deg < 300; i++)
+            CHECK_NEAR(free_at(i * step_deg, 0), 10, 0, 0.13);
+    }
 }
 
 TEST(a_row_goes_round_north_and_back)
@@ -777,7 +813,9 @@ TEST(what_another_sonar_saw_meanwhile_ends_older_beams_of_a_row)
 int main(void)
 {
     RUN(memory_is_bounded);
+    RUN(a_ping_that_alone_shows_an_echo_is_kept);
     RUN(the_last_beams_of_a_head_are_a_row_that_is_kept_every_sixth);
+    RUN(no_beam_of_a_head_of_long_steps_is_left_out);
     RUN(a_row_goes_round_north_and_back);
     RUN(where_pings_are_lost_a_row_says_nothing);
     RUN(nearer_than_beams_overlap_nothing_is_free);
