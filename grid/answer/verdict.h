@@ -67,10 +67,10 @@ struct verdict {
     size_t parts, next; /* of the parts the next one that is settled; at first all are asked together */
     bool beyond;        /* obstacles beyond the distance were looked for, where they count */
     bool begun, all, asking;
-    bool seeking;    /* where the tile in which the next part ended begins to be free, ... */
-    double sought_m; /* ... from here on */
-    bool looking;    /* how far `near` holds for a body that moves is being asked */
-    struct horizon horizon; /* with the promise, of the picture in which the obstacles were found */
+    bool seeking;             /* where the tile in which the next part ended begins to be free, ... */
+    double sought_m;          /* ... from here on */
+    bool looking;             /* how far `near` holds for a body that moves is being asked */
+    struct horizon horizon;   /* with the promise, of the picture in which the obstacles were found */
     struct corridor corridor; /* the answer about it */
     struct verdict_part part[ANSWER_SECTORS_MAX];
     int n, n_aside; /* negative: not looked at yet */

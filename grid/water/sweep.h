@@ -10,7 +10,7 @@
 #include "beams.h"
 
 #define SWEEP_BEAMS 18 /* of a row, at most ... */
-#define SWEEP_EACH  6  /* ... of which one is kept after so many beams, or fewer if those are not all in the next */
+#define SWEEP_EACH  6 /* ... of which one is kept after so many beams, or fewer if those are not all in the next */
 
 /* A beam of a head; its record's axes are turned to the beam. */
 struct sweep_look {

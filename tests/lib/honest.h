@@ -120,6 +120,7 @@ struct trial {
     double hollow_m;
     double off_m, off_deg;      /* what poses say is off by no more, along and about each axis */
     double excuse_m;            /* and for that no clear is wrong by more */
+    bool seldom;                /* questions cost much: half as many of them, but with LONG=1 */
     double drift_mps;           /* balls and poles go so fast, at most */
     double north_deg;           /* now and then their north turns by at least so much; 0: never */
     double heading_dps;         /* their north turns so far every second, and their positions are reckoned by it */
@@ -1064,6 +1065,12 @@ static void tell_bound(uint64_t t_ns, double off_s)
 
 /* ---- a run ---- */
 
+/* The gate runs a part of the worlds, and LONG=1 all of them. */
+static inline bool is_long(void)
+{
+    return getenv("LONG") != NULL;
+}
+
 static void run_world(void)
 {
     const uint64_t started_ns = 100 * SECOND, end_ns = started_ns + (uint64_t)(WORLD_S * 1e9);
@@ -1109,7 +1116,7 @@ static void run_world(void)
             }
         if (t >= next_ask) {
             ask_everything(t);
-            next_ask = t + (uint64_t)(uniform(0.2, 1.2) * 1e9);
+            next_ask = t + (uint64_t)(uniform(0.2, 1.2) * (trial->seldom && !is_long() ? 2 : 1) * 1e9);
         }
     }
 }
@@ -1167,12 +1174,6 @@ static void run_with(const struct trial *t, int vehicles, int worlds)
         CHECK(count[q].asked > 0);
     }
     USEFUL(!trial->provokes || false_clear > 0);
-}
-
-/* The gate runs a part of the worlds, and LONG=1 all of them. */
-static inline bool is_long(void)
-{
-    return getenv("LONG") != NULL;
 }
 
 /* One, if not all of them. */
