@@ -283,6 +283,12 @@ static double least_tan(const struct deciding *k, const struct thick *s, double 
     return tan_of_ball(off_m + s->a.t_m * k->half_rad + turned_rad * s->close_m, away_m);
 }
 
+/* Is no part of the stretch aimed: is it all behind the sensor, or may it, for all that is known, be at any azimuth? */
+static bool is_never_aimed(const struct thick *s, double tau_az)
+{
+    return tau_az < 0 || (s->a.ahead <= 0 && s->b.ahead <= 0);
+}
+
 /* left, right, upright: of what every part of the stretch touches all is in the image. any: they all touch `part` of
  * it. */
 static struct touched touched_by_all(const struct deciding *k, const struct thick *s)
@@ -291,12 +297,12 @@ static struct touched touched_by_all(const struct deciding *k, const struct thic
     const double *spread_m = k->view->record->spread_m;
     struct touched t = {.left = true, .right = true, .upright = true};
     struct span az, el;
-    if (!axis_azimuths(s, &az) || !axis_elevations(k, s, &el))
-        return t;
     const double tau_az =
         least_tan(k, s, k->view->margin_m + spread_m[1], k->view->margin_rad, fmax(s->a.level, s->b.level));
     const double tau_el = least_tan(k, s, k->view->lift_m + spread_m[2], k->view->lift_rad, s->far_m);
-    if (tau_az < 0 || tau_el < 0)
+    if (is_never_aimed(s, tau_az) || tau_el < 0)
+        return (struct touched){.any = false};
+    if (!axis_azimuths(s, &az) || !axis_elevations(k, s, &el))
         return t;
     az = common(az, tau_az);
     el = common(el, tau_el);
