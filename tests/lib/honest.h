@@ -36,8 +36,9 @@ struct head {
     bool turns; /* one beam, another one each time */
 };
 
-#define HEADS 3
-#define OUT_S 3.0 /* a sonar drops out for so long, once in every world */
+#define HEADS  3
+#define OUT_S  3.0 /* a sonar drops out for so long, once in every world */
+#define SELDOM 2.5 /* so much longer between two questions, but with LONG=1: they cost most of the time */
 struct vehicle {
     const char *conf;
     struct head head[HEADS];
@@ -120,7 +121,7 @@ struct trial {
     double hollow_m;
     double off_m, off_deg;      /* what poses say is off by no more, along and about each axis */
     double excuse_m;            /* and for that no clear is wrong by more */
-    bool seldom;                /* questions cost much: half as many of them, but with LONG=1 */
+    bool often;                 /* asked as often as with LONG=1, on which this world's questions depend */
     double drift_mps;           /* balls and poles go so fast, at most */
     double north_deg;           /* now and then their north turns by at least so much; 0: never */
     double heading_dps;         /* their north turns so far every second, and their positions are reckoned by it */
@@ -1116,7 +1117,7 @@ static void run_world(void)
             }
         if (t >= next_ask) {
             ask_everything(t);
-            next_ask = t + (uint64_t)(uniform(0.2, 1.2) * (trial->seldom && !is_long() ? 2 : 1) * 1e9);
+            next_ask = t + (uint64_t)(uniform(0.2, 1.2) * (is_long() || trial->often ? 1 : SELDOM) * 1e9);
         }
     }
 }

@@ -68,7 +68,6 @@ static void drift_with(const struct vehicle *v, unsigned untold, bool basin, int
                              .period_ns = SECOND / 10,
                              .late_ns = SECOND / 50,
                              .untold = untold,
-                             .seldom = true,
                              .hollow_m = basin ? 0 : 5, /* nearer, near would be no true promise */
                              .basin = basin},
              1, n_worlds);
@@ -127,7 +126,6 @@ TEST(bounds_of_its_speed)
         run_with(&(struct trial){.vehicle = v[i % 2],
                                  .period_ns = SECOND / 20,
                                  .late_ns = SECOND / 50,
-                                 .seldom = true,
                                  .untold = NO_PLACE,
                                  .hollow_m = i < 2 ? 0 : 5,
                                  .basin = i < 2,
