@@ -139,53 +139,28 @@ static bool divide_grid(const struct writing *w)
 
 /* ---- no grid: parts between edges of openings ---- */
 
-/* Edges so near each other count as one. It is less than half of an opening: each beam's axis stays in the image. */
-static double run_of(double half_rad, double step_rad)
-{
-    return fmin(step_rad / 4, half_rad / 2);
-}
-
-static void end_parts(struct matrix_line *l, double end_rad, double step_rad, bool nested)
-{
-    const double from_rad = l->end_rad[l->parts], wide_rad = end_rad - from_rad;
-    const int parts = nested && wide_rad > 2 * step_rad ? (int)fmin(wide_rad / step_rad, ROW_ENDS_MOST) : 1;
-    for (int i = 1; i < parts; i++)
-        end_part(l, from_rad + wide_rad * i / parts);
-    end_part(l, end_rad);
-}
-
-/*
- * Parts end at edges of openings that are at least a step apart. Of openings that begin in nearly the same direction,
- * the part begins where the last of them does, so that all hold it; it ends where the first of them ends.
- */
+/* Parts end at edges of openings that are at least a step apart. Of beams that detect less off their axes, edges are
+ * those of the squares within their ellipses. */
 static void divide_by(struct matrix_line *l, double half_rad, double step_rad, bool nested)
 {
-    const double run_rad = run_of(half_rad, step_rad), *at_rad = l->beam_rad;
-    int low = 0, high = l->beams;
-    while (low + 1 < l->beams && at_rad[low + 1] <= at_rad[0] + run_rad)
-        low++;
-    while (high > 1 && at_rad[high - 2] >= at_rad[l->beams - 1] - run_rad)
-        high--;
-    start_parts(l, at_rad[low] - half_rad);
-    const double to_rad = fmin(at_rad[high - 1] + half_rad, BEAMS_WIDEST_RAD);
-    for (high = 0; !l->full;) {
+    const double to_rad = fmin(l->beam_rad[l->beams - 1] + half_rad, BEAMS_WIDEST_RAD),
+                 reach_rad = nested ? INSCRIBED * half_rad : half_rad;
+    int low = 0, high = 0;
+    start_parts(l, l->beam_rad[0] - half_rad);
+    while (!l->full) {
         const double next_rad = l->end_rad[l->parts] + step_rad;
-        while (low < l->beams && at_rad[low] - half_rad < next_rad)
+        while (low < l->beams && l->beam_rad[low] - reach_rad < next_rad)
             low++;
-        while (high < l->beams && at_rad[high] + half_rad < next_rad)
+        while (high < l->beams && l->beam_rad[high] + reach_rad < next_rad)
             high++;
-        double end_rad = high < l->beams ? at_rad[high] + half_rad : INFINITY;
-        if (low < l->beams && at_rad[low] - half_rad < end_rad) {
-            const double first_rad = at_rad[low];
-            while (low + 1 < l->beams && at_rad[low + 1] <= first_rad + run_rad)
-                low++;
-            end_rad = at_rad[low] - half_rad;
-        }
+        const double begins_rad = low < l->beams ? l->beam_rad[low] - reach_rad : INFINITY,
+                     ends_rad = high < l->beams ? l->beam_rad[high] + reach_rad : INFINITY,
+                     end_rad = fmin(begins_rad, ends_rad);
         if (!(end_rad <= to_rad - step_rad))
             break;
-        end_parts(l, end_rad, step_rad, nested);
+        end_part(l, end_rad);
     }
-    end_parts(l, to_rad, step_rad, nested);
+    end_part(l, to_rad);
 }
 
 static double extent_of(const struct matrix_line *l, double half_rad)
@@ -295,9 +270,16 @@ static void write_own(const struct writing *w, const struct matrix_beam *b)
 #define REACH_RAD     (ROW_TOUCH_RAD / 2) /* two that touch leave no gap */
 #define TOGETHER_MOST 16 /* of more whose openings touch a cell, one holds it, or it lies at their border */
 
-static bool touches(const struct matrix_line *l, int part, double at_rad, double half_rad)
+static bool meets(const struct matrix_line *l, int part, double at_rad, double half_rad)
 {
-    return at_rad + half_rad > l->end_rad[part] + SAME_RAD && at_rad - half_rad < l->end_rad[part + 1] - SAME_RAD;
+    return at_rad + half_rad > l->end_rad[part] && at_rad - half_rad < l->end_rad[part + 1];
+}
+
+/* Does its opening, rounded, hold some of the cell? */
+static bool touches(const struct writing *w, const struct matrix_beam *b, int column, int row)
+{
+    return meets(&w->m->az, column, b->is.az_rad, w->half_az_rad - SAME_RAD) &&
+           meets(&w->m->el, row, b->el_rad, w->half_el_rad - SAME_RAD);
 }
 
 /* Where in its opening the beam holds all of the cell. */
@@ -367,7 +349,21 @@ static struct water_cell say_together(const struct writing *w, const struct matr
     return hold_together(&o, w->m->az.end_rad + column, w->m->el.end_rad + row) ? worst : (struct water_cell){0};
 }
 
-/* What the beams say whose openings touch it. */
+/* All beams that may hold some of it. What only lies beside it counts where it closes a gap. */
+static struct water_cell say_all(const struct writing *w, const struct matrix_beam *const *beam, int n, int column,
+                                 int row)
+{
+    const struct matrix_beam *in[TOGETHER_MOST];
+    int touching = 0;
+    if (n > TOGETHER_MOST)
+        return (struct water_cell){0};
+    for (int i = 0; i < n; i++)
+        if (touches(w, beam[i], column, row))
+            in[touching++] = beam[i];
+    const struct water_cell says = say_together(w, in, touching, column, row);
+    return says.least > 0 || touching == n ? says : say_together(w, beam, n, column, row);
+}
+
 static struct water_cell tell(const struct writing *w, const struct matrix_beam *const *beam, int n, int column,
                               int row)
 {
@@ -375,7 +371,7 @@ static struct water_cell tell(const struct writing *w, const struct matrix_beam 
     uint16_t ends = WATER_NO_END;
     for (int i = 0; i < n; i++) {
         const struct water_cell *says = beam[i]->says;
-        if (says[ROW_AXIS].ends < ends)
+        if (says[ROW_AXIS].ends < ends && touches(w, beam[i], column, row))
             ends = says[ROW_AXIS].ends;
         if (says[ROW_AXIS].least <= best.least)
             continue;
@@ -383,8 +379,8 @@ static struct water_cell tell(const struct writing *w, const struct matrix_beam 
         if (says[part].least > best.least)
             best = says[part];
     }
-    if (best.least == 0 && n > 1 && n <= TOGETHER_MOST)
-        best = say_together(w, beam, n, column, row);
+    if (best.least == 0)
+        best = say_all(w, beam, n, column, row);
     best.ends = ends;
     best.least = best.most = best.least < ends ? best.least : ends;
     return best.from < best.least ? best : (struct water_cell){.ends = ends};
@@ -394,15 +390,16 @@ static void tell_row(const struct writing *w, int row)
 {
     struct matrix *m = w->m;
     struct water_cell *cell = w->cell + row * m->az.parts;
+    const double half_az = w->half_az_rad + REACH_RAD, half_el = w->half_el_rad + REACH_RAD;
     int beams = 0, first = 0;
     for (int i = 0; i < m->beams; i++)
-        if (touches(&m->el, row, m->by_az[i]->el_rad, w->half_el_rad))
+        if (meets(&m->el, row, m->by_az[i]->el_rad, half_el))
             m->row[beams++] = m->by_az[i];
     for (int x = 0; x < m->az.parts; x++) {
-        while (first < beams && m->row[first]->is.az_rad + w->half_az_rad <= m->az.end_rad[x] + SAME_RAD)
+        while (first < beams && m->row[first]->is.az_rad + half_az <= m->az.end_rad[x])
             first++;
         int end = first;
-        while (end < beams && touches(&m->az, x, m->row[end]->is.az_rad, w->half_az_rad))
+        while (end < beams && meets(&m->az, x, m->row[end]->is.az_rad, half_az))
             end++;
         if (is_untold(&cell[x]))
             cell[x] = tell(w, m->row + first, end - first, x, row);

@@ -10,7 +10,7 @@
 
 #include "beams.h"
 
-#define MATRIX_LOOKS 40000 /* at a beam, for all cells of a raster: 0.2 ms */
+#define MATRIX_LOOKS 20000 /* at a beam, for all cells of a raster: about 0.2 ms */
 
 /* Directions of beams along one angle, growing, and the parts of the image along it. */
 struct matrix_line {
@@ -43,7 +43,8 @@ struct matrix {
  * detect less off their axes, own cells are divided as finely as there is room, and each is free as far as in the worst
  * of it.
  *
- * No grid: the raster follows the edges of openings, as many as there is room for. No cell is a beam's own.
+ * No grid: the raster follows the edges of openings, as many as there is room for. Where beams detect less off their
+ * axes these are the edges of squares within their ellipses. No cell is a beam's own.
  *
  * A cell that is no beam's own is free if one opening holds all of it, or some do together, as far as these beams say.
  * It ends at the first echo of all beams whose openings touch it. A cell that openings hold in part is free nowhere.

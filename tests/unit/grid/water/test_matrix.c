@@ -409,7 +409,7 @@ static struct told tell(struct dice *dice)
         true_m[1] += least_m;
         said_m[1] += fmin(least_said_m, least_m);
     }
-    return (struct told){said_m[0] / true_m[0], said_m[1] / true_m[1]};
+    return (struct told){said_m[0] / true_m[0], true_m[1] > 0 ? said_m[1] / true_m[1] : 1};
 }
 
 TEST(beams_that_make_no_grid_say_what_each_of_them_sees)
@@ -423,11 +423,11 @@ TEST(beams_that_make_no_grid_say_what_each_of_them_sees)
         {"staggered rows", aim_staggered, 1.4, 0.97, 0.95},
         {"staggered rows that touch", aim_staggered, 1, 0.97, 0.95},
         {"planar array", aim_array, 1.4, 0.9, 0.85},
-        {"planar array with gaps", aim_array, 1, 0.55, 0},
-        {"angles that are inexact", aim_inexactly, 1.4, 0.95, 0.9},
-        {"angles that are inexact and touch", aim_inexactly, 1, 0.95, 0.9},
+        {"planar array with gaps", aim_array, 1, 0.65, 0},
+        {"angles that are inexact", aim_inexactly, 1.4, 0.93, 0.88},
+        {"angles that are inexact and touch", aim_inexactly, 1, 0.97, 0.97},
         {"rolled fan", aim_rolled_fan, 1, 0.85, 0.8},
-        {"rolled multibeam", aim_rolled_multibeam, 1, 0.7, 0.6},
+        {"rolled multibeam", aim_rolled_multibeam, 1, 0.85, 0.7},
         {"crossed fans", aim_crossed, 1, 0.95, 0.9},
         {"anyhow", aim_anyhow, 1, 0.85, 0.75},
     };
@@ -443,6 +443,20 @@ TEST(beams_that_make_no_grid_say_what_each_of_them_sees)
         printf("# %s: %.2f of directions, %.2f of circles; %d x %d cells\n", layouts[k].name, told.rays,
                told.circles, record.image.columns, record.image.rows);
         CHECK(told.rays >= layouts[k].rays && told.circles >= layouts[k].circles);
+    }
+}
+
+/* Their openings hold cells of their own only if they are divided. */
+TEST(beams_on_a_slant_that_hear_less_aside)
+{
+    start(3, 4, 4);
+    for (int i = 0; i < 3; i++)
+        aim(i, 9 * i, 7 * i);
+    hear_less_aside(3);
+    CHECK(write_image());
+    for (int i = 0; i < 3; i++) {
+        CHECK(free_m(9 * i, 7 * i) >= 5 && free_m(9 * i + 0.5, 7 * i - 0.5) >= 5);
+        CHECK(free_m(9 * i + 1.8, 7 * i + 1.8) == 0);
     }
 }
 
@@ -467,7 +481,7 @@ TEST(beams_that_make_no_grid_and_hear_less_aside)
         }
     }
     printf("# that hear less aside: %.2f\n", said_m / true_m);
-    CHECK(said_m > 0.5 * true_m);
+    CHECK(said_m > 0.6 * true_m);
 }
 
 int main(void)
@@ -483,6 +497,7 @@ int main(void)
     RUN(a_column_of_beams_is_one_image);
     RUN(no_beams_free_what_none_of_them_sees);
     RUN(beams_that_make_no_grid_say_what_each_of_them_sees);
+    RUN(beams_on_a_slant_that_hear_less_aside);
     RUN(beams_that_make_no_grid_and_hear_less_aside);
     return test_end();
 }
