@@ -1,13 +1,16 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * matrix - the image of a ping whose beams have several elevations: one for all of them, so that what lies across two
- * rows of beams is free by both. Rows that lack some beams, or whose beams stand between those of others, are told no
- * farther than their beams reach.
+ * matrix - the image of a ping whose beams have several elevations: one raster for all of them, so that what lies
+ * across two beams is free by both. Beams in rows and columns have cells of their own. Where directions make no such
+ * grid (staggered rows, an array that is uniform in the sines of its angles, a fan that is rolled), a cell is what all
+ * beams that see some of it say together.
  */
 #ifndef SONARD_WATER_MATRIX_H
 #define SONARD_WATER_MATRIX_H
 
 #include "beams.h"
+
+#define MATRIX_LOOKS 20000 /* at a beam, for all cells of a raster: about 0.2 ms */
 
 /* Directions of beams along one angle, growing, and the parts of the image along it. */
 struct matrix_line {
@@ -15,21 +18,39 @@ struct matrix_line {
     int beams;
     double end_rad[ROW_ENDS_MOST]; /* of parts: [parts + 1] */
     int parts;
+    bool full;                                     /* there was no room for all ends */
     uint16_t from_of[BEAMS_MAX], to_of[BEAMS_MAX]; /* the parts that are own ones of beams in that direction */
+};
+
+struct matrix_beam {
+    struct row_beam is;
+    double el_rad;
+    struct water_cell says[ROW_NOTHING + 1]; /* by part of its opening */
 };
 
 struct matrix {
     struct matrix_line az, el;
+    struct matrix_beam beam[BEAMS_MAX]; /* within 80 degrees */
+    int beams;
+    const struct matrix_beam *by_az[BEAMS_MAX], *row[BEAMS_MAX];
 };
 
 /**
- * matrix_write - all beams of a ping within 80 degrees, in what is a beam's own: halfway to its neighbours on all
- * sides, or up to its edge where those leave a gap; in gaps nothing is said. Where beams detect less off their axes
- * what is their own is divided as finely as there is room, and each part is free as far as in the worst of it. Of two
- * in one direction the worse counts. What is no beam's own ends at the echoes of all whose openings touch it. The image
- * is as large as that of a row of as many beams at most (row_columns): beams whose directions would make it larger are
- * left out. False: nothing is left. *m is scratch. O(beams log beams) where their directions make a grid, O(beams^2) at
- * the worst; where it has gaps the cells in the openings of all beams with echoes besides.
+ * matrix_write - the image of all beams of a ping within 80 degrees. Of two in one direction the worse counts.
+ *
+ * Grid: the beams look in more than half of the directions that their azimuths and elevations make together. A beam's
+ * own cells are those halfway to its neighbours on all sides, or up to its edge where there is a gap. Where beams
+ * detect less off their axes, own cells are divided as finely as there is room, and each is free as far as in the worst
+ * of it.
+ *
+ * No grid: the raster follows the edges of openings, as many as there is room for. Where beams detect less off their
+ * axes these are the edges of squares within their ellipses. No cell is a beam's own.
+ *
+ * A cell that is no beam's own is free if one opening holds all of it, or some do together, as far as these beams say.
+ * It ends at the first echo of all beams whose openings touch it. A cell that openings hold in part is free nowhere.
+ *
+ * The image is as large as that of a row of as many beams at most (row_columns). False: no beam is within 80 degrees.
+ * *m is scratch. O(beams log beams) for a grid; otherwise O(MATRIX_LOOKS) besides.
  */
 bool matrix_write(const struct echoes *e, const struct beams_deaf *deaf, struct matrix *m,
                   struct water_record *record, struct row_room *room);

@@ -98,8 +98,8 @@ TEST(a_beam_that_is_missing_is_missed_in_its_own_part_alone)
     CHECK_NEAR(free_m(0, 2.6), 10, 0, 1e-6);
 }
 
-/* What stands where a beam is missing is in the openings of those beside it. */
-TEST(what_is_no_beams_own_ends_at_the_echoes_around)
+/* What stands where a beam is missing is in the openings of those beside it: free up to the first of their echoes. */
+TEST(what_is_no_beams_own_is_free_up_to_the_echoes_around)
 {
     start(8, 20, 20);
     start_grid(3, 3, 3, 5);
@@ -109,8 +109,12 @@ TEST(what_is_no_beams_own_ends_at_the_echoes_around)
         beam[i].free_to_m = (float)(4 + i);
     }
     CHECK(write_image());
-    CHECK(free_m(0, 0) == 0);
+    CHECK_NEAR(free_m(0, 0), 4, 0, 1e-6);
     CHECK_INT(cell_at(0, 0).ends, 400);
+    beam[0].n = 0;
+    beam[0].free_to_m = 0; /* deaf once */
+    CHECK(write_image());
+    CHECK_NEAR(free_m(0, 0), 5, 0, 1e-6);
     start(4, 2, 4);
     start_grid(2, 2, 2, 10);
     for (int i = 0; i < 4; i++)
@@ -272,17 +276,228 @@ TEST(no_beams_free_what_none_of_them_sees)
     CHECK(told > 500);
 }
 
+/* ---- beams that make no grid ---- */
+
+#define ROUNDING_DEG 0.03 /* beams that leave no more than twice this touch */
+
+/* Rows of which every other one is half a beam further to the side. */
+static void aim_staggered(double wide, struct dice *dice)
+{
+    (void)dice;
+    start(512, 3 * wide, 5.5 * wide);
+    for (int i = 0; i < 512; i++)
+        aim(i, (i % 32 - 15.5 + (i / 32 % 2 ? 0.25 : -0.25)) * 3, (i / 32 - 7.5) * 5.5);
+}
+
+/* A planar array, whose beams are as far apart in the sines of their angles. */
+static void aim_array(double wide, struct dice *dice)
+{
+    (void)dice;
+    start(512, 2.5 * wide, 4.3 * wide);
+    for (int i = 0; i < 512; i++) {
+        const double el_rad = asin((i / 32 - 7.5) * 0.075);
+        aim(i, geo_deg(asin((i % 32 - 15.5) * 0.04375 / cos(el_rad))), geo_deg(el_rad));
+    }
+}
+
+static void aim_inexactly(double wide, struct dice *dice)
+{
+    start(512, 3 * wide, 5.5 * wide);
+    for (int i = 0; i < 512; i++)
+        aim(i, (i % 32 - 15.5) * 3 + 0.04 * dice_uniform(dice) - 0.02,
+            (i / 32 - 7.5) * 5.5 + 0.04 * dice_uniform(dice) - 0.02);
+}
+
+static void aim_rolled(int beams, double step_deg, double wide)
+{
+    start((uint16_t)beams, step_deg * wide, 20);
+    for (int i = 0; i < beams; i++) {
+        const double az = geo_rad((i - (beams - 1) / 2.0) * step_deg), roll = geo_rad(10);
+        aim(i, geo_deg(atan2(sin(az) * cos(roll), cos(az))), -geo_deg(asin(sin(az) * sin(roll))));
+    }
+}
+
+static void aim_rolled_fan(double wide, struct dice *dice)
+{
+    (void)dice;
+    aim_rolled(64, 1.5, wide);
+}
+
+static void aim_rolled_multibeam(double wide, struct dice *dice)
+{
+    (void)dice;
+    aim_rolled(512, 120.0 / 512, wide);
+}
+
+static void aim_anyhow(double wide, struct dice *dice)
+{
+    start(512, 15 * wide, 15 * wide);
+    for (int i = 0; i < 512; i++)
+        aim(i, 158 * dice_uniform(dice) - 79, 158 * dice_uniform(dice) - 79);
+}
+
+/* A cross of two fans. */
+static void aim_crossed(double wide, struct dice *dice)
+{
+    (void)dice;
+    start(81, 2 * wide, 2 * wide);
+    for (int i = 0; i < 81; i++)
+        aim(i, i < 41 ? 2 * (i - 20) : 0, i < 41 ? 0 : 2 * (i - 41 - (i < 61 ? 20 : 19)));
+}
+
+/* So far the water is free in that direction: a beam looks there and found nothing nearer, and no beam that looks there
+ * has a nearer echo. Openings are larger by more_deg, and those of beams with echoes smaller. */
+static double truly_free_m(double az_deg, double el_deg, double more_deg)
+{
+    const double half_az = geo_deg((double)ping.az_aperture_rad) / 2,
+                 half_el = geo_deg((double)ping.el_aperture_rad) / 2;
+    double free_to_m = 0, echo_m = INFINITY;
+    for (int i = 0; i < ping.n_beams; i++) {
+        const double off = fmax(fabs(az_deg - geo_deg((double)beam[i].az_rad)) - half_az,
+                                fabs(el_deg - geo_deg((double)beam[i].el_rad)) - half_el);
+        if (off <= more_deg)
+            free_to_m = fmax(free_to_m, (double)beam[i].free_to_m);
+        if (off <= -more_deg && beam[i].n > 0)
+            echo_m = fmin(echo_m, (double)beam[i].free_to_m);
+    }
+    return fmin(free_to_m, echo_m);
+}
+
+/* One beam in twenty has an echo, and one is deaf. */
+static void hear_echoes(struct dice *dice)
+{
+    for (int i = 0; i < ping.n_beams; i++) {
+        if (dice_uniform(dice) > 0.05)
+            continue;
+        beam[i].n = 1;
+        beam[i].free_to_m = (float)(2 + 8 * dice_uniform(dice));
+    }
+    beam[7] = (struct beam_echoes){.az_rad = beam[7].az_rad, .el_rad = beam[7].el_rad, .blind_m = 0.3f};
+}
+
+static void check_echoes_end(void)
+{
+    for (int i = 0; i < ping.n_beams; i++)
+        if (beam[i].n > 0)
+            CHECK(cell_at(geo_deg((double)beam[i].az_rad), geo_deg((double)beam[i].el_rad)).ends * WATER_UNIT_M <=
+                  (double)beam[i].free_to_m + 1e-6);
+}
+
+/* Shares of what is truly free that the image says: of all directions, and of all circles of 2.5 degrees, as no tile is
+ * free of which any part is not. */
+struct told {
+    double rays, circles;
+};
+
+static struct told tell(struct dice *dice)
+{
+    double said_m[2] = {0}, true_m[2] = {0};
+    for (int i = 0; i < 600; i++) {
+        const int beside = (int)(ping.n_beams * dice_uniform(dice));
+        const double az = geo_deg((double)beam[beside].az_rad) + 8 * (dice_uniform(dice) - 0.5),
+                     el = geo_deg((double)beam[beside].el_rad) + 16 * (dice_uniform(dice) - 0.5);
+        double least_m = INFINITY, least_said_m = INFINITY;
+        for (int k = 0; k < 9; k++) {
+            const double off = k > 0 ? 1.25 : 0, x = az + off * cos(k), y = el + off * sin(k);
+            const double far_m = truly_free_m(x, y, 0), m = free_m(x, y);
+            CHECK(m <= truly_free_m(x, y, ROUNDING_DEG) + 1e-6);
+            least_m = fmin(least_m, far_m);
+            least_said_m = fmin(least_said_m, m);
+            true_m[0] += far_m;
+            said_m[0] += fmin(m, far_m);
+        }
+        true_m[1] += least_m;
+        said_m[1] += fmin(least_said_m, least_m);
+    }
+    return (struct told){said_m[0] / true_m[0], true_m[1] > 0 ? said_m[1] / true_m[1] : 1};
+}
+
+TEST(beams_that_make_no_grid_say_what_each_of_them_sees)
+{
+    static const struct {
+        const char *name;
+        void (*aim)(double wide, struct dice *dice);
+        double wide; /* openings, as they are to the way between two axes */
+        double rays, circles;
+    } layouts[] = {
+        {"staggered rows", aim_staggered, 1.4, 0.97, 0.95},
+        {"staggered rows that touch", aim_staggered, 1, 0.97, 0.95},
+        {"planar array", aim_array, 1.4, 0.9, 0.85},
+        {"planar array with gaps", aim_array, 1, 0.65, 0},
+        {"angles that are inexact", aim_inexactly, 1.4, 0.93, 0.88},
+        {"angles that are inexact and touch", aim_inexactly, 1, 0.97, 0.97},
+        {"rolled fan", aim_rolled_fan, 1, 0.85, 0.8},
+        {"rolled multibeam", aim_rolled_multibeam, 1, 0.85, 0.7},
+        {"crossed fans", aim_crossed, 1, 0.95, 0.9},
+        {"anyhow", aim_anyhow, 1, 0.85, 0.75},
+    };
+    for (size_t k = 0; k < sizeof layouts / sizeof *layouts; k++) {
+        struct dice dice = dice_of(46003, k);
+        layouts[k].aim(layouts[k].wide, &dice);
+        hear_echoes(&dice);
+        CHECK(write_image());
+        CHECK(row_bytes(record.image.columns, record.image.rows) <=
+              row_bytes(row_columns(ping.n_beams), ROW_ROWS));
+        check_echoes_end();
+        const struct told told = tell(&dice);
+        printf("# %s: %.2f of directions, %.2f of circles; %d x %d cells\n", layouts[k].name, told.rays,
+               told.circles, record.image.columns, record.image.rows);
+        CHECK(told.rays >= layouts[k].rays && told.circles >= layouts[k].circles);
+    }
+}
+
+/* Their openings hold cells of their own only if they are divided. */
+TEST(beams_on_a_slant_that_hear_less_aside)
+{
+    start(3, 4, 4);
+    for (int i = 0; i < 3; i++)
+        aim(i, 9 * i, 7 * i);
+    hear_less_aside(3);
+    CHECK(write_image());
+    for (int i = 0; i < 3; i++) {
+        CHECK(free_m(9 * i, 7 * i) >= 5 && free_m(9 * i + 0.5, 7 * i - 0.5) >= 5);
+        CHECK(free_m(9 * i + 1.8, 7 * i + 1.8) == 0);
+    }
+}
+
+/* Off their axes they free no more than they detect. */
+TEST(beams_that_make_no_grid_and_hear_less_aside)
+{
+    struct dice dice = dice_of(46004, 0);
+    double said_m = 0, true_m = 0;
+    for (int k = 0; k < 20; k++) {
+        const uint16_t beams = (uint16_t)(3 + 200 * dice_uniform(&dice) * dice_uniform(&dice));
+        start(beams, 2 + 10 * dice_uniform(&dice), 2 + 10 * dice_uniform(&dice));
+        for (int i = 0; i < beams; i++)
+            aim(i, 40 * dice_uniform(&dice) - 20, 20 * dice_uniform(&dice) - 10);
+        hear_less_aside(beams);
+        CHECK(write_image());
+        for (int i = 0; i < 500; i++) {
+            const double az = 60 * dice_uniform(&dice) - 30, el = 40 * dice_uniform(&dice) - 20,
+                         m = free_m(az, el), most_m = most_aside_m(az, el);
+            CHECK(m <= most_m + 1e-6);
+            said_m += m;
+            true_m += most_m;
+        }
+    }
+    printf("# that hear less aside: %.2f\n", said_m / true_m);
+    CHECK(said_m > 0.6 * true_m);
+}
+
 int main(void)
 {
     RUN(beams_that_overlap_leave_no_gap_in_between);
     RUN(a_gap_says_nothing);
     RUN(a_beam_that_is_missing_is_missed_in_its_own_part_alone);
-    RUN(what_is_no_beams_own_ends_at_the_echoes_around);
+    RUN(what_is_no_beams_own_is_free_up_to_the_echoes_around);
     RUN(an_echo_ends_the_part_of_its_beam);
     RUN(of_two_in_one_direction_the_worse_counts);
     RUN(off_its_axis_a_beam_frees_no_more_than_it_detects);
     RUN(an_echo_ends_all_of_a_beam_that_hears_less_aside);
     RUN(a_column_of_beams_is_one_image);
     RUN(no_beams_free_what_none_of_them_sees);
+    RUN(beams_that_make_no_grid_say_what_each_of_them_sees);
+    RUN(beams_on_a_slant_that_hear_less_aside);
+    RUN(beams_that_make_no_grid_and_hear_less_aside);
     return test_end();
 }

@@ -323,11 +323,28 @@ static const struct eyes {
     const char *name;
     int columns, rows; /* a head: so many pings */
     double column_deg, row_deg, wide_deg, high_deg;
+    double stagger_deg; /* every other row is so much further to the side */
+    double roll_deg;    /* all beams are, about the way ahead */
 } eyes[] = {
-    {"fan", 512, 1, 120.0 / 512, 0, 120.0 / 512, 25},
-    {"matrix", 32, 16, 3, 5.5, 4.5, 7.5},
-    {"head", 60, 0, 1.8, 0, 2.5, 25},
+    {"fan", 512, 1, 120.0 / 512, 0, 120.0 / 512, 25, 0, 0},
+    {"matrix", 32, 16, 3, 5.5, 4.5, 7.5, 0, 0},
+    {"staggered matrix", 32, 16, 3, 5.5, 4.5, 7.5, 1.5, 0},
+    {"rolled fan", 80, 1, 1.5, 0, 1.5, 25, 0, 6},
+    {"head", 60, 0, 1.8, 0, 2.5, 25, 0, 0},
 };
+
+/* Where beam i looks. */
+static void eye_direction(const struct eyes *s, int i, double *az, double *el)
+{
+    const int row = s->rows ? i / s->columns : 0;
+    *az = geo_rad(s->column_deg) * (i % s->columns - (s->columns - 1) / 2.0) + geo_rad(row % 2 * s->stagger_deg);
+    *el = s->rows ? geo_rad(s->row_deg) * (row - (s->rows - 1) / 2.0) : 0;
+    if (s->roll_deg > 0) {
+        const double roll = geo_rad(s->roll_deg), aside = sin(*az);
+        *az = atan2(aside * cos(roll), cos(*az));
+        *el = -asin(aside * sin(roll));
+    }
+}
 
 /* What a beam says of a rope of 2 cm that hangs there, at the least. */
 static struct beam_echoes beam_with_rope(const struct eyes *s, double az, double el, double rope_az, double range)
@@ -355,8 +372,8 @@ static void look_at_rope(const struct eyes *s, double rope_az, double range)
                        .pose = pose,
                        .beam = beam};
     for (int i = 0; i < (s->rows ? s->columns * s->rows : s->columns); i++) {
-        const double az = geo_rad(s->column_deg) * (i % s->columns - (s->columns - 1) / 2.0);
-        const double el = s->rows ? geo_rad(s->row_deg) * ((double)(i / s->columns) - (s->rows - 1) / 2.0) : 0;
+        double az, el;
+        eye_direction(s, i, &az, &el);
         beam[s->rows ? i : 0] = beam_with_rope(s, az, el, rope_az, range);
         e.n_beams = (uint16_t)(s->rows ? i + 1 : 1);
         e.seq++;

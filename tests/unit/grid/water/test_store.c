@@ -719,6 +719,25 @@ TEST(what_lies_across_the_beams_of_a_matrix_is_free_by_all_of_them)
     CHECK_NEAR(free_at(-1.5, 2.5), 10, 0, 0.13);
 }
 
+/* Each beam points a little off the grid. */
+TEST(every_beams_echo_ends_older_water_wherever_it_points)
+{
+    for (int i = 0; i < MOST; i += 7) {
+        begin_matrix();
+        for (int k = 0; k < MOST; k++) {
+            beam[k].az_rad += (float)geo_rad(0.02 * sin(k));
+            beam[k].el_rad += (float)geo_rad(0.02 * cos(k));
+        }
+        send();
+        const double az = geo_deg((double)beam[i].az_rad), el = geo_deg((double)beam[i].el_rad);
+        CHECK_NEAR(free_at(az, el), 10, 0, 0.13);
+        beam[i].n = 1;
+        beam[i].free_to_m = 6;
+        send();
+        CHECK_NEAR(free_at(az, el), 6, 0, 0.13);
+    }
+}
+
 TEST(a_still_matrix_is_thinned_and_what_any_row_shows_is_kept)
 {
     begin_matrix();
@@ -845,6 +864,7 @@ int main(void)
     RUN(what_is_wider_than_a_row_is_cut);
     RUN(beams_to_the_left_are_as_good_as_those_to_the_right);
     RUN(what_lies_across_the_beams_of_a_matrix_is_free_by_all_of_them);
+    RUN(every_beams_echo_ends_older_water_wherever_it_points);
     RUN(a_still_matrix_is_thinned_and_what_any_row_shows_is_kept);
     RUN(a_sonar_pushes_no_record_of_another_out);
     RUN(what_goes_for_want_of_room_brings_no_older_water_back);
