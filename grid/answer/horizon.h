@@ -36,7 +36,7 @@ struct horizon_now {
 struct ask_question horizon_question(const struct horizon *h);
 bool horizon_take(struct horizon *h, const struct ask *ask, const struct horizon_now *now);
 
-/** horizon_end - level_m is told. view: the records that count; all: that there are, whether they count or not. */
-void horizon_end(struct horizon *h, const struct water_view *view, int n, const struct water_view *all, int n_all);
+/** horizon_end - level_m is told, by the records that were asked. */
+void horizon_end(struct horizon *h, const struct water_view *view, int n);
 
 #endif

@@ -497,6 +497,36 @@ TEST(near_needs_no_look_from_elsewhere_unless_it_reached_there)
     }
 }
 
+/* Where a head loses a ping, another look counts by the rules of any record: not one that is too old, or from too far
+ * back, or of a sonar that is offline. */
+TEST(near_needs_a_look_by_which_water_would_be_clear)
+{
+    static const struct {
+        double age_s, way_m, limit_m; /* of the other look; after the way a look is too far back */
+        uint16_t sensor;              /* that looked */
+        uint64_t lost;
+        bool known;
+    } row[] = {{28, 0, INFINITY, 0, 0, true},     {31, 0, INFINITY, 0, 0, false}, {400, 0, INFINITY, 0, 0, false},
+               {5, 0.1, 0.2, 0, 0, true},         {5, 0.1, 0.05, 0, 0, false},    {5, 0, INFINITY, 1, 0, true},
+               {5, 0, INFINITY, 1, 1 << 1, false}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct bearings b = {0};
+        begin();
+        ping.sensor = row[i].sensor;
+        ping.t_ns = NOW - (uint64_t)(row[i].age_s * 1e9);
+        turn_head(&b, 180);
+        go_ahead(row[i].way_m);
+        by.move_limit_m = row[i].limit_m;
+        ping.sensor = 0;
+        ping.t_ns = NOW - SECOND;
+        turn_head(&b, 0);
+        now.lost = row[i].lost;
+        const double known_m = way(&small, 0, 1.8, 4)->known_m;
+        CHECK(row[i].known ? known_m == 1.8 : known_m < 0.5);
+    }
+    now.lost = 0;
+}
+
 /* A head of long steps leaves gaps between its own beams; those of another one are lost pings all the same. */
 TEST(near_covers_no_lost_ping_of_a_head_beside_a_coarser_one)
 {
@@ -634,6 +664,7 @@ int main(void)
     RUN(near_is_no_leave_to_go_where_a_sonar_has_not_looked);
     RUN(near_holds_where_a_head_has_looked);
     RUN(near_needs_no_look_from_elsewhere_unless_it_reached_there);
+    RUN(near_needs_a_look_by_which_water_would_be_clear);
     RUN(near_covers_no_lost_ping_of_a_head_beside_a_coarser_one);
     RUN(near_covers_no_water_that_a_turn_brings_into_a_still_beam);
     RUN(near_holds_less_the_drift_for_who_has_sunk);
