@@ -6,8 +6,10 @@
 
 #define PART_RAD (GEO_TURN / ASK_LEVEL)
 
-/* Cosine of 45 degrees. Farther to the side a ray leaves a body's way beside its own front. */
+/* Cosine of 45 degrees. Farther to the side of its level course a ray leaves a body's way beside its own front. */
 #define BOW 0.7071
+
+#define UPRIGHT 1e-6 /* of a unit vector: a way that is no more level than this has no course */
 
 #define BEYOND_M    (2 * WATER_GRID_M)
 #define LEAST_SHARE 0.1 /* of `near`: water is looked for from half of it on, and again, down to this */
@@ -28,9 +30,11 @@ static uint32_t part_at(const struct horizon *h, uint32_t k)
     return (h->first + k) % ASK_LEVEL;
 }
 
+/* However steep the way is: what it is promised to not stand there goes from the bottom to the surface. */
 static bool is_ahead(const double along[3], uint32_t part)
 {
-    return along[0] * cos(middle_rad(part)) + along[1] * sin(middle_rad(part)) > BOW;
+    const double level = hypot(along[0], along[1]);
+    return level > UPRIGHT && along[0] * cos(middle_rad(part)) + along[1] * sin(middle_rad(part)) > BOW * level;
 }
 
 bool horizon_begin(struct horizon *h, const double along[3], double axes_rad, double near_m)

@@ -22,7 +22,8 @@ struct horizon {
     double level_m[ASK_LEVEL]; /* the answer */
 };
 
-/** horizon_begin - of the parts within 45 degrees of `along`; promise: begun. False: there is nothing to be asked. */
+/** horizon_begin - of the parts within 45 degrees of the level course of `along`; promise: begun. False: there is
+ * nothing to be asked. */
 bool horizon_begin(struct horizon *h, const double along[3], double axes_rad, double near_m);
 
 /* When that is asked, and the records that it is asked of, with all that is uncertain. */
