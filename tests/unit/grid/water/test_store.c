@@ -76,6 +76,31 @@ static const struct water_record *newest(uint32_t back)
     return pool_at(&store->pool, back);
 }
 
+/* 24 columns of two degrees, of which one hears 5 m. A look at others shows nothing, however many these are. */
+TEST(a_look_is_by_a_beam_that_passes_there)
+{
+    static struct row_room room;
+    const double level[3] = {1, 0, 0};
+    struct water_record record = {.axis = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    const struct water_view seen = {.record = &record};
+    for (int hears = 0; hears < 24; hears++) {
+        for (int x = 0; x <= 24; x++)
+            room.tan_az[x] = tan(geo_rad(2 * x - 24));
+        room.tan_el[0] = -0.2;
+        room.tan_el[1] = 0.2;
+        for (uint16_t x = 0; x < 24; x++)
+            room.cell[x] =
+                x == hears ? (struct water_cell){0, 500, 500, WATER_NO_END} : (struct water_cell){0, 0, 0, 100};
+        record.image =
+            (struct water_image){.columns = 24, .rows = 1, .tan_az = room.tan_az, .tan_el = room.tan_el};
+        water_image_fill(&record.image, room.cell);
+        for (int within = 1; within < 24; within += 2) { /* half a column less on both sides */
+            const int half = (within + 1) / 2;
+            CHECK(water_shows(&seen, level, 40, geo_rad(within)) == (hears >= 12 - half && hears < 12 + half));
+        }
+    }
+}
+
 TEST(memory_is_bounded)
 {
     const struct store_conf head = {.beams = {1}, .spare = 20}, fan = {.beams = {512}, .spare = 20};
@@ -812,6 +837,7 @@ TEST(what_another_sonar_saw_meanwhile_ends_older_beams_of_a_row)
 
 int main(void)
 {
+    RUN(a_look_is_by_a_beam_that_passes_there);
     RUN(memory_is_bounded);
     RUN(a_ping_that_alone_shows_an_echo_is_kept);
     RUN(the_last_beams_of_a_head_are_a_row_that_is_kept_every_sixth);
