@@ -6,8 +6,10 @@
 
 #define PART_RAD (GEO_TURN / ASK_LEVEL)
 
-/* Cosine of 45 degrees. Farther to the side a ray leaves a body's way beside its own front. */
+/* Cosine of 45 degrees. Farther to the side of its level course a ray leaves a body's way beside its own front. */
 #define BOW 0.7071
+
+#define UPRIGHT 1e-6 /* of a unit vector: a way that is no more level than this has no course */
 
 #define BEYOND_M    (2 * WATER_GRID_M)
 #define LEAST_SHARE 0.1 /* of `near`: water is looked for from half of it on, and again, down to this */
@@ -28,9 +30,11 @@ static uint32_t part_at(const struct horizon *h, uint32_t k)
     return (h->first + k) % ASK_LEVEL;
 }
 
+/* However steep the way is: what it is promised to not stand there goes from the bottom to the surface. */
 static bool is_ahead(const double along[3], uint32_t part)
 {
-    return along[0] * cos(middle_rad(part)) + along[1] * sin(middle_rad(part)) > BOW;
+    const double level = hypot(along[0], along[1]);
+    return level > UPRIGHT && along[0] * cos(middle_rad(part)) + along[1] * sin(middle_rad(part)) > BOW * level;
 }
 
 bool horizon_begin(struct horizon *h, const double along[3], double axes_rad, double near_m)
@@ -129,23 +133,25 @@ bool horizon_take(struct horizon *h, const struct ask *ask, const struct horizon
     return is_open(h);
 }
 
-/* Has anybody looked there, no farther aside than half of what two of that sonar's beams leave out? */
-static bool is_seen(const struct horizon *h, double az_rad, const struct water_view *all, int n)
+/* Has anybody looked there, no farther aside than half of what two of that sonar's beams leave out? A look by which
+ * nothing is free any more, for its age, say, is none. */
+static bool is_seen(const struct horizon *h, double az_rad, const struct water_view *view, int n)
 {
     const double v[3] = {cos(az_rad), sin(az_rad), 0}, *gap_rad = h->promise.frame->looks.gap_rad;
     for (int i = 0; i < n; i++)
-        if (water_shows(&all[i], v, h->near_m, gap_rad[all[i].record->sensor % BEARINGS_SENSORS] / 2))
+        if (!view[i].lost &&
+            water_shows(&view[i], v, h->near_m, gap_rad[view[i].record->sensor % BEARINGS_SENSORS] / 2))
             return true;
     return false;
 }
 
 #define RAYS 4 /* of a part, a third of a degree apart: a lost ping leaves out more */
 
-/* Does a part have some water that nobody has ever looked at? */
-static bool is_blank(const struct horizon *h, uint32_t part, const struct water_view *all, int n)
+/* Does a part have some water that nobody has looked at? */
+static bool is_blank(const struct horizon *h, uint32_t part, const struct water_view *view, int n)
 {
     for (int i = 0; i < RAYS; i++)
-        if (!is_seen(h, (part + (i + 0.5) / RAYS) * PART_RAD, all, n))
+        if (!is_seen(h, (part + (i + 0.5) / RAYS) * PART_RAD, view, n))
             return true;
     return false;
 }
@@ -195,7 +201,7 @@ static void take_edge(struct horizon *h, uint32_t i)
     look->loose_rad = by->loose_rad;
 }
 
-void horizon_end(struct horizon *h, const struct water_view *view, int n, const struct water_view *all, int n_all)
+void horizon_end(struct horizon *h, const struct water_view *view, int n)
 {
     for (uint32_t i = 0; i < h->n; i++) {
         const uint32_t k = part_at(h, i);
@@ -204,7 +210,7 @@ void horizon_end(struct horizon *h, const struct water_view *view, int n, const 
             take_edge(h, i);
         if (!h->drifts && !look->goes_on && promise_heeds(&h->promise, grid_rad(h, k), h->near_m)) {
             look->goes_on = look->sure_m == 0 && begins_late(h, k, view, n);
-            look->blank = is_blank(h, k, all, n_all);
+            look->blank = is_blank(h, k, view, n);
         }
         h->level_m[k] = promise_m(&h->promise, grid_rad(h, k), look, h->near_m);
     }

@@ -22,7 +22,8 @@ struct horizon {
     double level_m[ASK_LEVEL]; /* the answer */
 };
 
-/** horizon_begin - of the parts within 45 degrees of `along`; promise: begun. False: there is nothing to be asked. */
+/** horizon_begin - of the parts within 45 degrees of the level course of `along`; promise: begun. False: there is
+ * nothing to be asked. */
 bool horizon_begin(struct horizon *h, const double along[3], double axes_rad, double near_m);
 
 /* When that is asked, and the records that it is asked of, with all that is uncertain. */
@@ -36,7 +37,7 @@ struct horizon_now {
 struct ask_question horizon_question(const struct horizon *h);
 bool horizon_take(struct horizon *h, const struct ask *ask, const struct horizon_now *now);
 
-/** horizon_end - level_m is told. view: the records that count; all: that there are, whether they count or not. */
-void horizon_end(struct horizon *h, const struct water_view *view, int n, const struct water_view *all, int n_all);
+/** horizon_end - level_m is told, by the records that were asked. */
+void horizon_end(struct horizon *h, const struct water_view *view, int n);
 
 #endif

@@ -45,7 +45,8 @@ struct promise_look {
     /* The last ping lies so uncertainly that its edge may be here, though it showed water, or beside such water. 0:
      * it does not, or was long ago. */
     double loose_m, loose_rad;
-    bool blank; /* of some of it nobody ever looked at more is left out than lies between two of a sonar's beams */
+    bool
+        blank; /* of some of it at which nobody has looked more is left out than lies between two of a sonar's beams */
 };
 
 /**

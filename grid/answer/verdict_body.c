@@ -142,8 +142,7 @@ static void end_look(struct verdict *v)
         return;
     }
     v->n_aside = -1;
-    verdict_set_limits_aside(v);
-    horizon_end(&v->horizon, v->view, v->n, v->aside, v->n_aside);
+    horizon_end(&v->horizon, v->view, v->n);
     ask_way(v);
 }
 

@@ -59,8 +59,8 @@ static struct ask_answer look_along(struct verdict *v, const struct verdict_part
     return ask_end(&v->ask, 0);
 }
 
-/* All that a question could rest on if nothing were too old, too far away or lost. */
-void verdict_set_limits_aside(struct verdict *v)
+/* v->aside becomes all that a question could rest on if nothing were too old, too far away or lost. */
+static void set_limits_aside(struct verdict *v)
 {
     struct store_now all = verdict_now(v);
     all.clear_for_s = all.move_limit_m = INFINITY;
@@ -117,7 +117,7 @@ static bool was_looked_at(const struct verdict *v, struct verdict_part *part)
 enum answer_reason verdict_reason(struct verdict *v, struct verdict_part *part)
 {
     enum answer_reason why = ANSWER_HEARD;
-    verdict_set_limits_aside(v);
+    set_limits_aside(v);
     if (v->n_aside == 0)
         return v->by.list->n ? ANSWER_MOVED : ANSWER_NEVER;
     const bool goes_on = look_along(v, part).free_to_m > part->end_m;

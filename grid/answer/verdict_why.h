@@ -13,10 +13,6 @@
  * direction of the question at that range, as far as its axes may be turned. */
 void verdict_draw_in(const struct verdict *v, double range_m, double at[3]);
 
-/** verdict_set_limits_aside - v->aside becomes all that a question could rest on if nothing were too old, too far away
- * or lost; unless it is so already: v->n_aside. */
-void verdict_set_limits_aside(struct verdict *v);
-
 /** verdict_as_told - as poses have it, whatever they leave uncertain. */
 struct water_view verdict_as_told(const struct water_view *view);
 

@@ -474,8 +474,8 @@ bool water_covers(const struct water_view *view, const struct water_tile *tile, 
 
 #define BEGINNING 0.1 /* of the way */
 
-/* Up to its echo, or to where it would have heard one. Behind that nobody has looked: not where the vehicle has come to
- * since. A gap between beams frees nothing and ends nothing; nor does one deaf beam. */
+/* A column's beam: up to its echo, or to where it would have heard one. Behind that nobody has looked: not where the
+ * vehicle has come to since. A gap between beams frees nothing and ends nothing; nor does one deaf beam. */
 static bool hears_to(const struct deciding *k, const struct water_cell *cell, double at_m)
 {
     const double gone_m = k->lever_m - k->view->record->lever_m,
@@ -500,8 +500,11 @@ bool water_shows(const struct water_view *view, const double v[3], double at_m, 
         return false;
     find_part(image->tan_az, image->columns, &az, part.column);
     find_part(image->tan_el, image->rows, &el, part.row);
-    const struct water_cell cell = water_image_of(image, &part);
-    return hears_to(&k, &cell, at_m);
+    const struct water_cell *row = image->cell + part.row[0] * image->columns;
+    for (int x = part.column[0]; x <= part.column[1]; x++)
+        if (hears_to(&k, &row[x], at_m))
+            return true;
+    return false;
 }
 
 void water_decide(const struct water_view *view, const struct water_tile *tile, double from_m, double to_m,

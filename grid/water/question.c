@@ -356,16 +356,19 @@ bool question_probe(const struct question_shape *q, size_t i, double v[3])
     return false;
 }
 
-/* From where on the tile is asked, but for a body's own place. */
+/* From where on the tile is asked, but for a body's own place: of what stands upright what is seen higher or lower is
+ * farther along the ray. */
 static double from_of(const struct question_shape *q, const struct water_tile *tile)
 {
     const double half = tile->half_rad + q->asked.loose_rad + ROUNDING, level = hypot(tile->v[0], tile->v[1]);
     double from_m = q->asked.near_m;
-    if (!q->asked.level_m || fabs(tile->v[2]) > sin(half) || level <= sin(half))
+    if (!q->asked.level_m)
         return from_m;
-    const double az = atan2(tile->v[1], tile->v[0]), aside = asin(sin(half) / level), part = GEO_TURN / ASK_LEVEL;
+    const double az = atan2(tile->v[1], tile->v[0]), part = GEO_TURN / ASK_LEVEL;
+    const double aside = level > sin(half) ? asin(sin(half) / level) : GEO_PI;
+    const double flattest = cos(fmax(atan2(fabs(tile->v[2]), level) - half, 0));
     for (int k = (int)floor((az - aside) / part); k <= (int)floor((az + aside) / part); k++)
-        from_m = fmin(from_m, q->asked.level_m[(k + 2 * ASK_LEVEL) % ASK_LEVEL]);
+        from_m = fmin(from_m, q->asked.level_m[(k + 2 * ASK_LEVEL) % ASK_LEVEL] / flattest);
     return from_m;
 }
 

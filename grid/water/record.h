@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * record - what one ping of a sonar says of the water, in the frame in which it was observed: an image of ranges with
- * a pyramid of the least and greatest of them along each of its few rows. A fan is a row of columns, and the last beams
- * of a turning head are a row as well. Written once, never resampled. Knows no question and no map.
+ * a pyramid of the least and greatest of them along each of its rows, and along each 16 rows together. A fan is a row
+ * of columns, and the last beams of a turning head are a row as well. Written once, never resampled. Knows no question
+ * and no map.
  *
  * A column is as wide as the part of the water that is the beam's own: halfway to its neighbours, and the whole beam at
  * the ends. Off its axis a beam detects less, so each beam is several rows of the image: axis, side and edge (struct
@@ -31,10 +32,10 @@ struct water_cell {
 struct water_image {
     uint16_t columns, rows;
     uint8_t parts;  /* so many rows, one above the other, are of one elevation and end at the same echoes */
-    uint8_t levels; /* of the pyramid; 0 is the image, the last one a column: rows differ, and stay apart */
+    uint8_t levels; /* of the pyramid; 0 is the image, the last one a column: rows differ, and stay apart ... */
     const double *tan_az, *tan_el; /* [columns + 1], [rows + 1]: where they begin and end, growing */
     double near_m;                 /* nearer it is free nowhere */
-    const struct water_cell *cell; /* level by level, row by row */
+    const struct water_cell *cell; /* level by level, row by row, ... and behind these what each 16 say together */
 };
 
 struct water_record {
@@ -70,7 +71,8 @@ void water_image_fill(struct water_image *image, struct water_cell *cell);
  * 0 .. n - 1 for any x. */
 int water_image_find(const double *between, int n, double x);
 
-/** water_image_of - what is said of at least that part, in its rows alone: up to 8 columns of a level. */
+/** water_image_of - what is said of at least that part, in its rows alone: of up to 8 columns of
+ * a level, whose rows are taken 16 by 16 where they may. */
 struct water_cell water_image_of(const struct water_image *image, const struct water_part *part);
 
 #endif

@@ -4,9 +4,10 @@
  * beams x 1000 bins pings 40 times a second, beside a bare echo over a UNIX socket in the same run: all are asked in
  * turns, so that they meet the same load; with 0, 1 and 2 threads of the pipeline. The loop, those threads and the echo
  * are threads of this process. Aim: 99 % of `blocked` and `sectors` within three times the echo's. Beside other
- * programs the 99 % are theirs, unless all of this is put before them: chrt -f 10.
+ * programs the 99 % are theirs, unless all of this is put before them: chrt -f 10. What takes long is not asked in each
+ * turn, so that all of it takes less than a minute of an idle machine.
  *
- *   bench_answers [ASKED [THREADS]]   how often each is asked, 1 to 4000, and one number of threads, 0 to 2, not all
+ *   bench_answers [TURNS [THREADS]]   20 to 4000 turns, and one number of threads, 0 to 2, not all
  *   bench_answers counted KIND [PINGS]
  *       20 times one of them without threads or sockets, for callgrind to count `counted`, after so many pings, 20 to
  *       4000; from 192 on there are as many records as one sonar may have. Says what one takes of a processor
@@ -16,36 +17,43 @@
 #include "bench_answer.h"
 #include "bench_daemon.h"
 
-#define ASKED      4000 /* times each, unless it is given */
-#define PAUSE_NS   1000000
-#define WARM_PINGS 20
-#define COUNTED    20 /* times, for callgrind */
+#define TURNS       1000 /* unless they are given */
+#define TURNS_LEAST 20
+#define TURNS_MOST  4000
+#define PAUSE_NS    1000000
+#define WARM_PINGS  20
+#define COUNTED     20 /* times, for callgrind */
+#define PINGS_MOST  4000
 
 static const struct {
     const char *name, *line;
-} kinds[] = {{"echo", QUESTION("echo", "\"azimuth_deg\":10,\"distance_m\":5")},
-             {"blocked", QUESTION("blocked", "\"azimuth_deg\":10,\"distance_m\":5")},
-             {"sectors", QUESTION("sectors", "")},
-             {"nearest", QUESTION("nearest", "")},
-             {"limit", QUESTION("limit", "\"velocity_mps\":[1,0,0]")}};
+    int every; /* asked in one of so many turns */
+} kinds[] = {{"echo", QUESTION("echo", "\"azimuth_deg\":10,\"distance_m\":5"), 1},
+             {"blocked", QUESTION("blocked", "\"azimuth_deg\":10,\"distance_m\":5"), 1},
+             {"sectors", QUESTION("sectors", ""), 2},
+             {"nearest", QUESTION("nearest", ""), 20},
+             {"limit", QUESTION("limit", "\"velocity_mps\":[1,0,0]"), 4}};
 enum { KINDS = sizeof kinds / sizeof kinds[0] };
-static double took_us[KINDS][ASKED];
+static double took_us[KINDS][TURNS_MOST];
+static int asked[KINDS];
 
-static double quantile_us(int kind, int asked, double share)
+static double quantile_us(int kind, double share)
 {
-    return took_us[kind][(int)(share * asked)];
+    return took_us[kind][(int)(share * asked[kind])];
 }
 
-static void print_against_echo(int threads, int asked)
+/* Of few answers a share that is none of them is not printed. */
+static void print_against_echo(int threads)
 {
     for (int k = 0; k < KINDS; k++)
-        qsort(took_us[k], (size_t)asked, sizeof(double), bench_by_size);
+        qsort(took_us[k], (size_t)asked[k], sizeof(double), bench_by_size);
     for (int k = 0; k < KINDS; k++) {
-        printf("%7d  %-8s", threads, kinds[k].name);
+        printf("%7d  %-8s  %5d", threads, kinds[k].name, asked[k]);
         for (size_t i = 0; i < 3; i++) {
             static const double shares[] = {0.5, 0.99, 0.999};
-            const double us = quantile_us(k, asked, shares[i]);
-            printf("  %9.1f  %5.2f", us, us / quantile_us(0, asked, shares[i]));
+            const double us = quantile_us(k, shares[i]);
+            if ((1 - shares[i]) * asked[k] > 0.9)
+                printf("  %9.1f  %7.2f", us, us / quantile_us(0, shares[i]));
         }
         printf("\n");
     }
@@ -62,7 +70,7 @@ static void await_pings(void)
     }
 }
 
-static void with_threads(int threads, int asked)
+static void with_threads(int threads, int turns)
 {
     int pair[2];
     pthread_t echoer;
@@ -72,12 +80,14 @@ static void with_threads(int threads, int asked)
     pthread_create(&echoer, NULL, echo, &pair[1]);
     const int fd = connect_to(server_path_name);
     await_pings();
-    for (int i = 0; i < asked; i++)
-        for (int k = 0; k < KINDS; k++) {
-            clock_nanosleep(CLOCK_MONOTONIC, 0, &(struct timespec){.tv_nsec = PAUSE_NS}, NULL);
-            took_us[k][i] = ask(k ? fd : pair[0], kinds[k].line);
-        }
-    print_against_echo(threads, asked);
+    memset(asked, 0, sizeof asked);
+    for (int i = 0; i < turns; i++)
+        for (int k = 0; k < KINDS; k++)
+            if (i % kinds[k].every == 0) {
+                clock_nanosleep(CLOCK_MONOTONIC, 0, &(struct timespec){.tv_nsec = PAUSE_NS}, NULL);
+                took_us[k][asked[k]++] = ask(k ? fd : pair[0], kinds[k].line);
+            }
+    print_against_echo(threads);
     shutdown(pair[0], SHUT_RDWR);
     pthread_join(echoer, NULL);
     close(pair[0]);
@@ -122,15 +132,16 @@ int main(int argc, char **argv)
 {
     if (argc >= 3 && strcmp(argv[1], "counted") == 0) {
         const int pings = argc > 3 ? atoi(argv[3]) : WARM_PINGS;
-        return count(argv[2], pings < WARM_PINGS ? WARM_PINGS : pings > ASKED ? ASKED : pings);
+        return count(argv[2], pings < WARM_PINGS ? WARM_PINGS : pings > PINGS_MOST ? PINGS_MOST : pings);
     }
-    const int given = argc > 1 ? atoi(argv[1]) : 0, asked = given > 0 && given < ASKED ? given : ASKED;
-    printf("%d questions of each kind, under %d pings a second of %d beams x %d bins\n\n", asked, RATE_HZ, BEAMS,
-           BINS);
-    printf("%7s  %-8s  %9s  %5s  %9s  %5s  %9s  %5s\n", "threads", "", "median us", "ratio", "99 % us", "ratio",
-           "99.9 % us", "ratio");
+    const int given = argc > 1 ? atoi(argv[1]) : TURNS, turns = given < TURNS_LEAST  ? TURNS_LEAST
+                                                                : given > TURNS_MOST ? TURNS_MOST
+                                                                                     : given;
+    printf("%d turns, under %d pings a second of %d beams x %d bins\n\n", turns, RATE_HZ, BEAMS, BINS);
+    printf("%7s  %-8s  %5s  %9s  %7s  %9s  %7s  %9s  %7s\n", "threads", "", "asked", "median us", "ratio",
+           "99 % us", "ratio", "99.9 % us", "ratio");
     for (int threads = 0; threads <= 2; threads++)
         if (argc < 3 || atoi(argv[2]) == threads)
-            with_threads(threads, asked);
+            with_threads(threads, turns);
     return 0;
 }

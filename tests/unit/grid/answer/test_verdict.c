@@ -337,16 +337,22 @@ TEST(near_holds_where_a_fan_off_the_middle_has_looked)
 
 static const struct corridor_body small = {.radius_m = 0.3, .half_height_m = 0.2, .margin_m = 0.1};
 
-static const struct corridor *way(const struct corridor_body *body, double az_deg, double to_m, double near_m)
+static const struct corridor *way_down(const struct corridor_body *body, double az_deg, double down_deg,
+                                       double to_m, double near_m)
 {
     static struct verdict v;
     struct obstacles_query q = {.moves = true, .move = {.body = *body, .most_m = to_m, .near_m = near_m}};
-    geo_direction(geo_rad(az_deg), 0, q.move.direction);
+    geo_direction(geo_rad(az_deg), geo_rad(-down_deg), q.move.direction);
     store_list(store, &list);
     const struct verdict_evidence evidence = {&picture, store, &list, &by, &now};
     for (bool more = verdict_begin(&v, &evidence, &q, OWN_M); more;)
         more = verdict_step(&v);
     return verdict_corridor(&v);
+}
+
+static const struct corridor *way(const struct corridor_body *body, double az_deg, double to_m, double near_m)
+{
+    return way_down(body, az_deg, 0, to_m, near_m);
 }
 
 /* The fan of these tests, as `near` knows it. */
@@ -469,6 +475,30 @@ TEST(near_holds_where_a_head_has_looked)
     }
 }
 
+/* What no beam showed may reach from the bottom to the surface: who dives, however steeply, comes no farther ahead than
+ * on the level. Straight down nothing of it stands. */
+TEST(near_is_no_leave_to_dive_past_what_nobody_has_looked_at)
+{
+    struct bearings b = {0};
+    begin();
+    looks_at(UINT64_MAX, 0, true);
+    for (int down_deg = -85; down_deg < 86; down_deg += 5)
+        CHECK(way_down(&small, 20, down_deg, 2.5, 3)->known_m < 0.1);
+    CHECK_NEAR(way_down(&small, 20, 90, 2.5, 3)->known_m, 2.5, 0, 1e-9);
+    begin();
+    turn_head(&b, 180);
+    for (int down_deg = -40; down_deg < 86; down_deg += 20)
+        CHECK_NEAR(way_down(&small, 0, down_deg, 1.8, 3)->known_m, 1.8, 0, 1e-9);
+    begin();
+    send();
+    look_on();
+    now.pose.drift_mps = now.pose.drift_m[1] = 0.9; /* what stood beyond `near` may be 2.2 m ahead by now */
+    for (int down_deg = 10; down_deg < 40; down_deg += 10)
+        CHECK(way_down(&small, 0, down_deg, 3, 3)->known_m * cos(geo_rad(down_deg)) < 2.3);
+    now.pose.drift_m[1] = 0;
+    now.pose.drift_mps = 0;
+}
+
 static void go_ahead(double way_m)
 {
     for (double left_m = way_m; left_m > 0; left_m -= POSE_STEP_MOST_M / 2) {
@@ -495,6 +525,36 @@ TEST(near_needs_no_look_from_elsewhere_unless_it_reached_there)
         const double known_m = way(&small, 0, 1.9, 4)->known_m;
         CHECK(row[i].known ? known_m == 1.9 : known_m < 0.5);
     }
+}
+
+/* Where a head loses a ping, another look counts by the rules of any record: not one that is too old, or from too far
+ * back, or of a sonar that is offline. */
+TEST(near_needs_a_look_by_which_water_would_be_clear)
+{
+    static const struct {
+        double age_s, way_m, limit_m; /* of the other look; after the way a look is too far back */
+        uint16_t sensor;              /* that looked */
+        uint64_t lost;
+        bool known;
+    } row[] = {{28, 0, INFINITY, 0, 0, true},     {31, 0, INFINITY, 0, 0, false}, {400, 0, INFINITY, 0, 0, false},
+               {5, 0.1, 0.2, 0, 0, true},         {5, 0.1, 0.05, 0, 0, false},    {5, 0, INFINITY, 1, 0, true},
+               {5, 0, INFINITY, 1, 1 << 1, false}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct bearings b = {0};
+        begin();
+        ping.sensor = row[i].sensor;
+        ping.t_ns = NOW - (uint64_t)(row[i].age_s * 1e9);
+        turn_head(&b, 180);
+        go_ahead(row[i].way_m);
+        by.move_limit_m = row[i].limit_m;
+        ping.sensor = 0;
+        ping.t_ns = NOW - SECOND;
+        turn_head(&b, 0);
+        now.lost = row[i].lost;
+        const double known_m = way(&small, 0, 1.8, 4)->known_m;
+        CHECK(row[i].known ? known_m == 1.8 : known_m < 0.5);
+    }
+    now.lost = 0;
 }
 
 /* A head of long steps leaves gaps between its own beams; those of another one are lost pings all the same. */
@@ -633,7 +693,9 @@ int main(void)
     RUN(a_larger_body_goes_no_farther);
     RUN(near_is_no_leave_to_go_where_a_sonar_has_not_looked);
     RUN(near_holds_where_a_head_has_looked);
+    RUN(near_is_no_leave_to_dive_past_what_nobody_has_looked_at);
     RUN(near_needs_no_look_from_elsewhere_unless_it_reached_there);
+    RUN(near_needs_a_look_by_which_water_would_be_clear);
     RUN(near_covers_no_lost_ping_of_a_head_beside_a_coarser_one);
     RUN(near_covers_no_water_that_a_turn_brings_into_a_still_beam);
     RUN(near_holds_less_the_drift_for_who_has_sunk);

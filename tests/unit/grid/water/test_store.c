@@ -76,6 +76,71 @@ static const struct water_record *newest(uint32_t back)
     return pool_at(&store->pool, back);
 }
 
+/* 24 columns of two degrees, of which one hears 5 m. A look at others shows nothing, however many these are. */
+TEST(a_look_is_by_a_beam_that_passes_there)
+{
+    static struct row_room room;
+    const double level[3] = {1, 0, 0};
+    struct water_record record = {.axis = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    const struct water_view seen = {.record = &record};
+    for (int hears = 0; hears < 24; hears++) {
+        for (int x = 0; x <= 24; x++)
+            room.tan_az[x] = tan(geo_rad(2 * x - 24));
+        room.tan_el[0] = -0.2;
+        room.tan_el[1] = 0.2;
+        for (uint16_t x = 0; x < 24; x++)
+            room.cell[x] =
+                x == hears ? (struct water_cell){0, 500, 500, WATER_NO_END} : (struct water_cell){0, 0, 0, 100};
+        record.image =
+            (struct water_image){.columns = 24, .rows = 1, .tan_az = room.tan_az, .tan_el = room.tan_el};
+        water_image_fill(&record.image, room.cell);
+        for (int within = 1; within < 24; within += 2) { /* half a column less on both sides */
+            const int half = (within + 1) / 2;
+            CHECK(water_shows(&seen, level, 40, geo_rad(within)) == (hears >= 12 - half && hears < 12 + half));
+        }
+    }
+}
+
+static struct water_cell all_of(const struct water_image *image, const struct water_part *part)
+{
+    struct water_cell sum = {.least = UINT16_MAX, .ends = WATER_NO_END};
+    for (int y = part->row[0]; y <= part->row[1]; y++)
+        for (int x = part->column[0]; x <= part->column[1]; x++) {
+            const struct water_cell *c = &image->cell[y * image->columns + x];
+            sum.from = c->from > sum.from ? c->from : sum.from;
+            sum.least = c->least < sum.least ? c->least : sum.least;
+            sum.most = c->most > sum.most ? c->most : sum.most;
+            sum.ends = c->ends < sum.ends ? c->ends : sum.ends;
+        }
+    return sum;
+}
+
+/* No row beside those of the part says anything of it, be they few or many. */
+TEST(a_part_of_an_image_is_what_its_rows_say)
+{
+    static const struct {
+        uint16_t columns, rows;
+    } row[] = {{1, 512}, {8, 50}, {3, 17}, {40, 5}, {33, 37}};
+    static struct row_room room;
+    unsigned drawn = 1;
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        const int columns = row[i].columns, rows = row[i].rows;
+        struct water_image image = {.columns = row[i].columns, .rows = row[i].rows};
+        for (int k = 0; k < columns * rows; k++) {
+            const uint16_t at = (uint16_t)((drawn = drawn * 1103515245 + 12345) >> 16 & 0x3fff);
+            room.cell[k] = (struct water_cell){at, (uint16_t)(at + 7), (uint16_t)(at + 9), (uint16_t)(at + 50)};
+        }
+        water_image_fill(&image, room.cell);
+        for (int first = 0; first < rows; first++)
+            for (int last = first; last < rows; last += 1 + last % 5) {
+                const int column = first % columns, wide = (columns - column < 8 ? columns - column : 8) - 1;
+                const struct water_part part = {{column, column + wide}, {first, last}};
+                const struct water_cell is = water_image_of(&image, &part), want = all_of(&image, &part);
+                CHECK(memcmp(&is, &want, sizeof is) == 0);
+            }
+    }
+}
+
 TEST(memory_is_bounded)
 {
     const struct store_conf head = {.beams = {1}, .spare = 20}, fan = {.beams = {512}, .spare = 20};
@@ -831,6 +896,8 @@ TEST(what_another_sonar_saw_meanwhile_ends_older_beams_of_a_row)
 
 int main(void)
 {
+    RUN(a_look_is_by_a_beam_that_passes_there);
+    RUN(a_part_of_an_image_is_what_its_rows_say);
     RUN(memory_is_bounded);
     RUN(a_ping_that_alone_shows_an_echo_is_kept);
     RUN(the_last_beams_of_a_head_are_a_row_that_is_kept_every_sixth);
