@@ -217,6 +217,42 @@ TEST(a_tile_begins_at_the_vehicle_and_lies_where_the_sensor_sees_it)
     }
 }
 
+/* From ahead towards the sensor, with margins. */
+TEST(a_tile_that_comes_nearer_is_free_as_long_as_it_fits_in)
+{
+    for (int up = 0; up < 2; up++) {
+        begin_one();
+        view.at_m[0] = 6;
+        view.margin_m = up ? 0 : 0.2;
+        view.lift_m = up ? 0.2 : 0;
+        CHECK_FREE(180, 0, up ? 1 : 1.2, 6 - fits_from(0.2, 10));
+    }
+}
+
+/* A way that passes beside the sensor, above or below it, is seen steepest in its middle. */
+TEST(a_way_is_as_high_as_where_it_is_highest)
+{
+    for (int side = -1; side <= 1; side += 2)
+        for (int up = -1; up <= 1; up += 2)
+            for (int later = 0; later < 2; later++) {
+                begin(1, 1, 120, 40);
+                cells[0].least = cells[0].most = 800;
+                memcpy(view.at_m, (double[3]){2, -3 * side, up}, sizeof view.at_m);
+                aim(90 * side, 0, 0);
+                water_decide(&view, &tile, 0, later ? 7 : 6, &out);
+                const double far_m = sqrt(1 / (tan_el[1] * tan_el[1]) - 2 * 2);
+                double free_m = 0;
+                for (int i = 0; i < out.n; i++)
+                    if (out.piece[i].says == WATER_FREE) {
+                        CHECK(out.piece[i].to_m <= 3 - far_m || out.piece[i].from_m >= 3 + far_m);
+                        free_m += out.piece[i].to_m - out.piece[i].from_m;
+                    }
+                const double sides_m = 2 * (tan(geo_rad(60)) - 1.5); /* of it beyond the image */
+                CHECK(sides_m < 0.5 && free_m >= (later ? 6 + 0.46 : 6) - 2 * far_m - 4 * FINE_M);
+                CHECK(out.judged > out.n && out.judged < 150);
+            }
+}
+
 /* Its axes need not be those of the world. */
 TEST(a_record_lies_as_its_sensor_lay)
 {
@@ -365,8 +401,21 @@ static double between(double lo, double hi)
     return lo + (hi - lo) * test_uniform(&seed);
 }
 
+/* A wide image, and a way that crosses it anyhow. */
+static void draw_wide_world(void)
+{
+    begin(5, 3, 28, between(8, 15));
+    for (int i = 0; i < 15; i++)
+        cells[i].least = cells[i].most = (uint16_t)between(600, 900);
+    record.image.near_m = 0;
+    water_image_fill(&record.image, cells);
+    for (int i = 0; i < 3; i++)
+        view.at_m[i] = between(-3, 3);
+    aim(between(-180, 180), between(-60, 60), between(0, 0.4));
+}
+
 /* Some cells are free, some end, some do neither. */
-static void draw_world(void)
+static void draw_narrow_world(void)
 {
     begin(1 + (int)between(0, 12), 1 + (int)between(0, 3.99), between(2, 9), between(3, 12));
     for (int i = 0; i < record.image.columns * record.image.rows; i++) {
@@ -390,6 +439,14 @@ static void draw_world(void)
         view.lift_rad = between(0, 1) * view.margin_rad;
     }
     aim(between(-1, 1) * record.image.columns * 4, between(-1, 1) * record.image.rows * 6, between(0.1, 4));
+}
+
+static void draw_world(void)
+{
+    if (between(0, 1) < 0.4)
+        draw_wide_world();
+    else
+        draw_narrow_world();
 }
 
 /* A point of the tile, from the sensor: ahead, right, up. */
@@ -443,7 +500,8 @@ TEST(no_point_of_a_tile_is_told_what_its_cell_denies)
     seed = test_seed();
     for (int world = 0; world < 3000; world++) {
         draw_world();
-        water_decide(&view, &tile, 0, 8, &out);
+        const double from_m = between(0, 1) < 0.5 ? 0 : between(0, 3), to_m = between(4, 9);
+        water_decide(&view, &tile, from_m, to_m, &out);
         for (int i = 0; i < out.n; i++)
             for (int k = 0; k < 6; k++) {
                 const struct water_piece *piece = &out.piece[i];
@@ -484,6 +542,34 @@ TEST(a_shorter_stretch_is_free_at_least_as_far)
     }
 }
 
+/* The steps of the grid that are asked for by themselves: a stretch is divided wherever that tells more of it. */
+TEST(nothing_is_lost_by_asking_for_a_long_stretch)
+{
+    long judged = 0, free = 0;
+    seed = test_seed();
+    for (int world = 0; world < 400; world++) {
+        struct water_pieces all;
+        draw_world();
+        const double step_m = tile.half_rad > 0.04   ? 4 * WATER_GRID_M
+                              : tile.half_rad > 0.02 ? 2 * WATER_GRID_M
+                              : tile.half_rad > 0.01 ? WATER_GRID_M
+                                                     : WATER_GRID_M / 4;
+        water_decide(&view, &tile, 0, 8, &all);
+        judged += all.judged;
+        for (int i = 0, n = 0; n * step_m < 8; n++) {
+            water_decide(&view, &tile, n * step_m, (n + 1) * step_m, &out);
+            while (i + 1 < all.n && all.piece[i].to_m <= n * step_m)
+                i++;
+            if (all.n == WATER_PIECES || out.piece[0].says == WATER_ENDED)
+                break;
+            free += out.piece[0].says == WATER_FREE;
+            CHECK(all.piece[i].says == out.piece[0].says);
+        }
+    }
+    CHECK(free > 1000);
+    CHECK(judged < 400 * 40);
+}
+
 int main(void)
 {
     RUN(water_is_free_within_the_cell_and_its_ranges);
@@ -492,6 +578,8 @@ int main(void)
     RUN(margins_of_direction_take_the_sides_alone);
     RUN(level_drift_changes_how_steep_water_is_seen);
     RUN(a_tile_begins_at_the_vehicle_and_lies_where_the_sensor_sees_it);
+    RUN(a_tile_that_comes_nearer_is_free_as_long_as_it_fits_in);
+    RUN(a_way_is_as_high_as_where_it_is_highest);
     RUN(a_record_lies_as_its_sensor_lay);
     RUN(a_wide_tile_beside_the_sensor_loses_range);
     RUN(water_ends_where_there_are_too_many_pieces);
@@ -500,5 +588,6 @@ int main(void)
     RUN(a_beam_shows_what_it_heard_on_the_way);
     RUN(no_point_of_a_tile_is_told_what_its_cell_denies);
     RUN(a_shorter_stretch_is_free_at_least_as_far);
+    RUN(nothing_is_lost_by_asking_for_a_long_stretch);
     return test_end();
 }
