@@ -523,6 +523,33 @@ TEST(no_point_of_a_tile_is_told_what_its_cell_denies)
     CHECK(free > 1000 && ended > 1000);
 }
 
+/* Ways that pass the sensor in any direction, of which no point is free above or below the image. */
+TEST(no_way_past_the_sensor_is_free_beyond_the_image)
+{
+    int free = 0, wrong = 0;
+    seed = test_seed();
+    begin(1, 1, 150, 16);
+    cells[0] = (struct water_cell){.from = 0, .least = 3000, .most = 3000, .ends = WATER_NO_END};
+    record.image.near_m = 0;
+    for (int world = 0; world < 2000; world++) {
+        const double from_m = between(0, 4), to_m = from_m + between(2, 12), side = world % 2 ? 1 : -1;
+        view.at_m[0] = between(0, 6);
+        view.at_m[1] = -side * between(3, 9);
+        view.at_m[2] = between(-1, 1);
+        aim(side * between(50, 130), between(-12, 12), 0);
+        water_decide(&view, &tile, from_m, to_m, &out);
+        for (int i = 0; i < out.n; i++)
+            for (int k = 0; k < 12 && out.piece[i].says == WATER_FREE; k++) {
+                double p[3];
+                draw_point(between(out.piece[i].from_m, out.piece[i].to_m), p);
+                free++;
+                wrong += p[0] <= 0 || fabs(p[1] / p[0]) > tan_az[1] || fabs(p[2] / hypot(p[0], p[1])) > tan_el[1];
+            }
+    }
+    CHECK_INT(wrong, 0);
+    CHECK(free > 5000);
+}
+
 /* Ranges are divided at the same places, however far one asks. */
 TEST(a_shorter_stretch_is_free_at_least_as_far)
 {
@@ -587,6 +614,7 @@ int main(void)
     RUN(an_image_covers_what_may_touch_it);
     RUN(a_beam_shows_what_it_heard_on_the_way);
     RUN(no_point_of_a_tile_is_told_what_its_cell_denies);
+    RUN(no_way_past_the_sensor_is_free_beyond_the_image);
     RUN(a_shorter_stretch_is_free_at_least_as_far);
     RUN(nothing_is_lost_by_asking_for_a_long_stretch);
     return test_end();
