@@ -417,6 +417,17 @@ TEST(a_tile_on_the_horizon_is_asked_from_its_own_range)
     struct ask_stretch s;
     tile.half_rad = geo_rad(1.1); /* it reaches the horizon, and the part beside it */
     CHECK(question_stretch(&shape, &tile, 5, &s) && s.from_m <= 0.1);
+    level_m[3] = 0.9;
+    for (int side = 0; side < 2; side++) { /* on either side, and by axes that may be turned */
+        tile = thin((side ? 2.5 : 0.5) * part_deg, 1);
+        question.loose_rad = 0;
+        go();
+        CHECK(question_stretch(&shape, &tile, 5, &s) && s.from_m >= 0.5);
+        question.loose_rad = geo_rad(1.1);
+        go();
+        CHECK(question_stretch(&shape, &tile, 5, &s) && s.from_m <= 0.1);
+    }
+    level_m[3] = 0.1;
     begin(ASK_CORRIDOR, 2, 5); /* and tiles farther to the side reach that */
     question.radius_m = 0.5;
     question.level_m = level_m;
