@@ -31,10 +31,17 @@ static void add(double p[3], double t, const double v[3])
         p[k] += t * v[k];
 }
 
-/* A vector across the unit vector v, of a length up to 1, evenly over the disc. */
+/* Mostly one end or the other. */
+static double extreme(double lo, double hi)
+{
+    const double at = between(-1, 2);
+    return at < 0 ? lo : at > 1 ? hi : lo + at * (hi - lo);
+}
+
+/* A vector across the unit vector v, of a length up to 1. */
 static void any_across(const double v[3], double out[3])
 {
-    const double wanted = sqrt(between(0, 1));
+    const double wanted = extreme(0, 1);
     any_direction(out);
     add(out, -geo_dot(out, v), v);
     const double factor = wanted / geo_length(out);
@@ -87,17 +94,17 @@ static double front_m(void)
 static double point_of_move(double p[3])
 {
     const struct ask_body *b = &question.body;
-    const double way_m = between(0, question.to_m - front_m()), carried = between(0, 1);
+    const double way_m = between(0, question.to_m - front_m()), carried = extreme(0, 1);
     double aside[3];
     any_across(b->up, aside);
     memset(p, 0, 3 * sizeof *p);
     add(p, way_m, question.axis);
     add(p, b->radius_m, aside);
-    add(p, b->half_height_m * between(-1, 1), b->up);
+    add(p, b->half_height_m * extreme(-1, 1), b->up);
     add(p, carried, b->drift_m);
     add(p, -carried * geo_dot(b->drift_m, question.axis), question.axis);
     any_direction(aside);
-    add(p, b->margin_m * between(0, 1), aside);
+    add(p, b->margin_m * extreme(0, 1), aside);
     return way_m + front_m();
 }
 
@@ -109,7 +116,7 @@ static double point_of_stay(double p[3])
     any_across(b->up, aside);
     memset(p, 0, 3 * sizeof *p);
     add(p, b->radius_m + more_m, aside);
-    add(p, (b->half_height_m + more_m) * between(-1, 1), b->up);
+    add(p, (b->half_height_m + more_m) * extreme(-1, 1), b->up);
     const double up_m = fabs(geo_dot(p, b->up));
     return fmax(up_m - b->half_height_m, sqrt(fmax(geo_dot(p, p) - up_m * up_m, 0)) - b->radius_m);
 }
@@ -156,7 +163,7 @@ static void draw_question(enum ask_kind kind)
     band->hi_rad = band->lo_rad + between(0.01, 0.5);
     band->parts = between(0, 1) < 0.3 ? 1 : (size_t)between(2, 80);
     band->from_rad = between(0, GEO_TURN);
-    band->width_rad = between(0, 1) < 0.5 ? 0 : between(0.05, 6);
+    band->width_rad = between(0, 1) < 0.5 ? 0 : fmin(between(0.05, 8), 6.283);
 }
 
 static double draw_point(double p[3], size_t *part)
@@ -219,6 +226,8 @@ TEST(every_point_of_a_question_is_asked_about)
                 left_out += !is_root_asked(v) || !is_part_asked(&tile, part) || !asked ||
                             range_m < s.from_m - 1e-9 || range_m > s.to_m + 1e-9;
                 too_far += question_measure(&shape, &tile, range_m) > measure_m + 1e-9;
+                const struct water_tile ray = {{v[0], v[1], v[2]}, 0};
+                too_far += question_measure(&shape, &ray, range_m) > measure_m + 1e-7;
             }
         }
     CHECK_INT(left_out, 0);
@@ -409,10 +418,12 @@ TEST(a_tile_on_the_horizon_is_asked_from_its_own_range)
     question.half_rad = GEO_PI;
     question.level_m = level_m;
     go();
-    CHECK_STRETCH(0.5 * part_deg, 0, 0.5, 5);
-    CHECK_STRETCH(1.5 * part_deg, 0, 0.1, 5);
-    CHECK_STRETCH(-0.5 * part_deg, 0, 0.1, 5);
-    CHECK_STRETCH(1.5 * part_deg, 1, 0.5, 5);
+    for (int az = 0; az < 360; az += 90) {
+        CHECK_STRETCH(az + 0.5 * part_deg, 0, 0.5, 5);
+        CHECK_STRETCH(az + 1.5 * part_deg, 0, 0.1, 5);
+        CHECK_STRETCH(az - 0.5 * part_deg, 0, 0.1, 5);
+        CHECK_STRETCH(az + 1.5 * part_deg, 1, 0.5, 5);
+    }
     struct water_tile tile = thin(0.5 * part_deg, 1);
     struct ask_stretch s;
     tile.half_rad = geo_rad(1.1); /* it reaches the horizon, and the part beside it */
@@ -435,13 +446,40 @@ TEST(a_tile_on_the_horizon_is_asked_from_its_own_range)
     CHECK(shape.bound_rad >= GEO_PI / 2);
 }
 
+/* And not many more: what is far from it is left out at once. */
+TEST(roots_that_are_far_from_a_question_are_not_asked)
+{
+    seed = test_seed();
+    for (int i = 0; i < 60; i++) {
+        draw_question(i % 3 == 0 ? ASK_CONE : i % 3 == 1 ? ASK_CORRIDOR : ASK_AROUND);
+        question.half_rad = fmin(question.half_rad, 0.3);
+        question.near_m = 2;
+        question.band.width_rad = between(0.1, 0.4);
+        question.band.hi_rad = question.band.lo_rad + 0.2;
+        go();
+        int far = 0, asked = 0;
+        const double cone_rad = i % 3 == 1 ? asin(question.radius_m / 2) : i % 3 == 0 ? question.half_rad : 0.3;
+        for (uint32_t row = 0; row < TILES_ROWS; row++)
+            for (uint32_t column = 0; column < tiles_columns(row); column++) {
+                const struct tile_index index = {0, (uint16_t)row, (uint16_t)column};
+                const struct water_tile tile = tiles_cone(&index);
+                const double off_rad = acos(fmin(1, geo_dot(tile.v, shape.asked.axis)));
+                const bool is_asked = is_root_asked(tile.v);
+                asked += is_asked;
+                far += is_asked && off_rad > 1.5 * (cone_rad + question.loose_rad) + 4 * tile.half_rad;
+            }
+        CHECK(asked > 0);
+        CHECK(far == 0 || fabs(shape.el_rad) > 0.9);
+    }
+}
+
 /* The first directions to be asked are the question's middle and its rim, within it. */
 TEST(what_is_asked_first_is_in_the_question)
 {
     seed = test_seed();
     for (int i = 0; i < 50; i++)
         for (enum ask_kind kind = ASK_CONE; kind <= ASK_AROUND; kind++) {
-            double v[3];
+            double v[3], sum[3] = {0};
             size_t n = 0;
             draw_question(kind);
             question.half_rad = fmin(question.half_rad, 1);
@@ -452,15 +490,21 @@ TEST(what_is_asked_first_is_in_the_question)
                 CHECK(is_part_asked(&tile, kind == ASK_AROUND ? n / 3 : 0));
                 if (kind == ASK_CONE)
                     CHECK_NEAR(geo_dot(v, question.axis), n ? cos(question.half_rad) : 1, 0, 1e-9);
+                for (int k = 0; k < 3; k++)
+                    sum[k] += n ? v[k] : 0;
+                const struct ask_band *band = &question.band;
                 double body[3], az, el;
-                quat_rotate_inverse(question.band.attitude, v, body);
+                quat_rotate_inverse(band->attitude, v, body);
                 geo_angles(body, &az, &el);
-                if (kind == ASK_AROUND)
-                    CHECK_NEAR(el,
-                               question.band.lo_rad +
-                                   (double)(n % 3) / 2 * (question.band.hi_rad - question.band.lo_rad),
-                               0, 1e-9);
+                if (kind != ASK_AROUND)
+                    continue;
+                const double wide = (band->width_rad > 0 ? band->width_rad : GEO_TURN) / (double)band->parts;
+                const double first = band->width_rad > 0 ? band->from_rad + wide / 2 : 0;
+                CHECK_NEAR(el, band->lo_rad + (double)(n % 3) / 2 * (band->hi_rad - band->lo_rad), 0, 1e-9);
+                CHECK_NEAR(geo_wrap_pi(az - first - (double)(n / 3) * wide), 0, 0, 1e-6);
             }
+            if (kind == ASK_CONE) /* the rim's are opposite to each other */
+                CHECK_NEAR(geo_length(sum), 4 * cos(question.half_rad), 0, 1e-9);
             CHECK_INT(n, kind == ASK_CONE ? 5 : kind == ASK_STAY ? 0 : kind == ASK_AROUND ? 3 * shape.parts : 1);
         }
 }
@@ -474,6 +518,7 @@ int main(void)
     RUN(a_cone_and_a_band_are_asked_within_their_rims);
     RUN(a_tile_is_in_the_sectors_that_it_touches);
     RUN(a_tile_on_the_horizon_is_asked_from_its_own_range);
+    RUN(roots_that_are_far_from_a_question_are_not_asked);
     RUN(what_is_asked_first_is_in_the_question);
     return test_end();
 }
