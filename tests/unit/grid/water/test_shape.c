@@ -90,7 +90,7 @@ static double front_m(void)
     return fabs(slope) * b->half_height_m + sqrt(1 - slope * slope) * b->radius_m + b->margin_m;
 }
 
-/* In a cylinder that is as much larger, which no rounding of its margin is. */
+/* No farther than its margin from the cylinder, wherever that is on its way. */
 static double point_of_move(double p[3])
 {
     const struct ask_body *b = &question.body;
