@@ -482,7 +482,7 @@ TEST(water_is_as_uncertain_as_all_that_turned_it)
     }
 }
 
-/* Drift is level, and a heading turns about the vertical: in the axes of a sensor that leans that is up and down, too. */
+/* Drift is level, and a heading turns about the vertical: for a sensor that leans that is up and down, too. */
 TEST(water_of_a_sensor_that_leans_is_uncertain_up_and_down)
 {
     static struct water_view view[ASK_RECORDS];
