@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* test_thin - each thing in which two records must agree, so that one of them says nothing more or both may be one. */
+#include "tests/lib/random.h"
 #include "tests/lib/test.h"
 
 #include "grid/geometry.h"
@@ -32,6 +33,9 @@ static void begin(uint8_t parts)
     for (int n = 0; n < 3; n++) {
         struct made *m = all[n];
         m->r = (struct water_record){.axis = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+                                     .place_m = {3, -2, 1},
+                                     .path_m = 50,
+                                     .drift_m = {7, 8},
                                      .t_ns = 10 * (unsigned)n,
                                      .newest_ns = 10 * (unsigned)n + 5,
                                      .seq = 100 + (unsigned)n,
@@ -81,9 +85,9 @@ TEST(a_record_between_two_that_are_near_and_alike_is_spared)
     for (int n = 0; n < 3; n++)
         for (int k = 0; k < 3; k++) {
             begin(ROWS);
-            all[n]->r.place_m[k] = 0.14;
+            all[n]->r.place_m[k] += 0.14;
             CHECK(spares());
-            all[n]->r.place_m[k] = 0.16;
+            all[n]->r.place_m[k] += 0.02;
             CHECK(!spares());
             begin(ROWS);
             turn(&all[n]->r, k, 3.9);
@@ -93,9 +97,9 @@ TEST(a_record_between_two_that_are_near_and_alike_is_spared)
         }
     for (int n = 0; n < 3; n++) {
         begin(ROWS);
-        all[n]->r.drift_m[0] = 0.14;
+        all[n]->r.drift_m[0] += 0.14;
         CHECK(spares());
-        all[n]->r.drift_m[0] = 0.16;
+        all[n]->r.drift_m[0] += 0.02;
         CHECK(!spares());
         for (int kind = 0; kind < 6; kind++) {
             begin(ROWS);
@@ -106,6 +110,9 @@ TEST(a_record_between_two_that_are_near_and_alike_is_spared)
             all[n]->r.image.columns = (uint16_t)(COLUMNS - (kind == 4));
             all[n]->r.image.rows = (uint16_t)(ROWS - (kind == 5));
             CHECK(!spares());
+            all[n]->tan_az[COLUMNS - 1] += kind == 4 ? all[n]->tan_az[COLUMNS] - all[n]->tan_az[COLUMNS - 1] : 0;
+            all[n]->tan_el[ROWS - 1] += kind == 5 ? all[n]->tan_el[ROWS] - all[n]->tan_el[ROWS - 1] : 0;
+            CHECK(!spares()); /* of other columns or rows, but as wide and as high */
         }
     }
 }
@@ -154,7 +161,7 @@ TEST(an_end_is_looked_for_where_it_is_seen_from_elsewhere)
             const double az = geo_deg(atan2(sin(geo_rad(0.5)) - side * 0.1, cos(geo_rad(0.5))));
             for (int kind = 0; kind < 2; kind++) {
                 begin(ROWS);
-                moved->r.place_m[1] = side * 0.1;
+                moved->r.place_m[1] += side * 0.1;
                 end_at(&middle, 20, 2, 1);
                 end_at(still, 20, 2, 1);
                 end_at(moved, kind ? 20 : 20 + (int)floor(az), 2, 1);
@@ -162,7 +169,7 @@ TEST(an_end_is_looked_for_where_it_is_seen_from_elsewhere)
             }
             for (int kind = 0; kind < 2; kind++) { /* ahead or behind: it ends nearer or farther away */
                 begin(ROWS);
-                moved->r.place_m[0] = side * 0.1;
+                moved->r.place_m[0] += side * 0.1;
                 end_at(&middle, 20, 2, 1);
                 end_at(still, 20, 2, 1);
                 end_at(moved, 20, 2, 1 - side * 0.1 + (kind ? 0.07 : 0.03));
@@ -170,7 +177,7 @@ TEST(an_end_is_looked_for_where_it_is_seen_from_elsewhere)
             }
             for (int kind = 0; kind < 2; kind++) { /* above or below, in a matrix */
                 begin(1);
-                moved->r.place_m[2] = side * 0.06;
+                moved->r.place_m[2] += side * 0.06;
                 end_at(&middle, 20, 2, 1);
                 end_at(still, 20, 2, 1);
                 end_at(moved, 20, kind ? 2 - side * 2 : 2 + side * 2, 1);
@@ -186,13 +193,90 @@ TEST(an_end_is_looked_for_where_it_is_seen_from_elsewhere)
             }
         }
     begin(ROWS); /* all but in the sensor */
-    before.r.place_m[0] = 0.14;
+    before.r.place_m[0] += 0.14;
     end_at(&middle, 20, 2, 0.05);
     end_at(&newest, 20, 2, 0.05);
     CHECK(spares());
     middle.cell[2 * COLUMNS + 20].ends = 0;
-    before.r.place_m[1] = 0.1;
+    before.r.place_m[1] += 0.1;
     CHECK(!spares());
+}
+
+static uint64_t seed;
+
+static double between(double lo, double hi)
+{
+    return lo + (hi - lo) * test_uniform(&seed);
+}
+
+/* In which column or row, with fractions. */
+static double part_at(const double *tan_of, int n, double x)
+{
+    int i = 0;
+    while (i + 1 < n && tan_of[i + 1] <= x)
+        i++;
+    return i + (x - tan_of[i]) / (tan_of[i + 1] - tan_of[i]);
+}
+
+/* Where another record has the middle of that cell of `middle`, at that range. */
+static double seen_by(const struct made *m, int column, int row, double at_m, double *column_of, double *row_of)
+{
+    const double az = atan((middle.tan_az[column] + middle.tan_az[column + 1]) / 2),
+                 el = atan((middle.tan_el[row] + middle.tan_el[row + 1]) / 2);
+    double v[3], to[3] = {0, 0, 0};
+    geo_direction(az, el, v);
+    for (int k = 0; k < 3; k++) {
+        to[k] = middle.r.place_m[k] - m->r.place_m[k];
+        for (int j = 0; j < 3; j++)
+            to[k] += at_m * v[j] * middle.r.axis[j][k];
+    }
+    const double ahead = geo_dot(to, m->r.axis[0]), right = geo_dot(to, m->r.axis[1]),
+                 down = geo_dot(to, m->r.axis[2]);
+    *column_of = part_at(m->tan_az, COLUMNS, right / ahead);
+    *row_of = part_at(m->tan_el, ROWS, -down / hypot(ahead, right));
+    return geo_length(to);
+}
+
+/* From anywhere, turned anyhow: at the very cell that has it an end is found, and not two columns or rows beside it. */
+TEST(an_end_is_found_from_anywhere)
+{
+    int found = 0, tried = 0;
+    seed = test_seed();
+    while (tried < 400) {
+        const int column = (int)between(6, COLUMNS - 6), row = (int)between(0, ROWS);
+        const double at_m = 0.01 * floor(between(60, 400));
+        bool inside = true;
+        double column_of[3], row_of[3], range_m[3];
+        begin(1);
+        for (int n = 0; n < 3; n++) {
+            for (int i = 0; i <= ROWS; i++)
+                all[n]->tan_el[i] = tan(geo_rad(16 * i - 8 * ROWS));
+            for (int k = 0; k < 3; k++)
+                all[n]->r.place_m[k] += between(-0.04, 0.04);
+            for (int k = 0; k < 3; k++)
+                turn(&all[n]->r, k, 30 * k + between(-1.2, 1.2));
+        }
+        for (int n = 0; n < 3; n += 2) {
+            range_m[n] = seen_by(all[n], column, row, at_m, &column_of[n], &row_of[n]);
+            inside = inside && fabs(column_of[n] - floor(column_of[n]) - 0.5) < 0.49 && column_of[n] > 2 &&
+                     column_of[n] < COLUMNS - 3 && fabs(row_of[n] - floor(row_of[n]) - 0.5) < 0.49 &&
+                     row_of[n] > 0 && row_of[n] < ROWS;
+        }
+        if (!inside)
+            continue;
+        tried++;
+        end_at(&middle, column, row, at_m);
+        for (int n = 0; n < 3; n += 2)
+            end_at(all[n], (int)column_of[n], (int)row_of[n], range_m[n]);
+        found += spares();
+        before.cell[(int)row_of[0] * COLUMNS + (int)column_of[0]].ends = WATER_NO_END;
+        if (tried % 2)
+            end_at(&before, (int)column_of[0] + (column % 2 ? 2 : -2), (int)row_of[0], range_m[0]);
+        else
+            end_at(&before, (int)column_of[0], (int)row_of[0] + (row_of[0] < 2 ? 2 : -2), range_m[0]);
+        found -= spares();
+    }
+    CHECK_INT(found, tried);
 }
 
 /* ---- pings from one place ---- */
@@ -208,9 +292,9 @@ TEST(pings_from_one_place_are_those_of_the_same_image_there)
     CHECK(is_still());
     for (int k = 0; k < 3; k++) {
         begin(ROWS);
-        newest.r.place_m[k] = 0.009;
+        newest.r.place_m[k] += 0.009;
         CHECK(is_still());
-        newest.r.place_m[k] = -0.011;
+        newest.r.place_m[k] -= 0.020;
         CHECK(!is_still());
         begin(ROWS);
         turn(&newest.r, k, geo_deg(0.9e-3));
@@ -219,9 +303,9 @@ TEST(pings_from_one_place_are_those_of_the_same_image_there)
         CHECK(!is_still());
     }
     begin(ROWS);
-    newest.r.path_m = 0.009;
+    newest.r.path_m += 0.009;
     CHECK(is_still());
-    newest.r.path_m = 0.011;
+    newest.r.path_m += 0.002;
     CHECK(!is_still());
     for (int kind = 0; kind < 4; kind++) {
         begin(ROWS);
@@ -231,25 +315,29 @@ TEST(pings_from_one_place_are_those_of_the_same_image_there)
         newest.r.image.rows = (uint16_t)(ROWS - (kind == 3));
         CHECK(!is_still());
     }
-    begin(ROWS);
-    newest.tan_az[COLUMNS] += 1e-6;
-    CHECK(!is_still());
-    begin(ROWS);
-    newest.tan_el[ROWS] += 1e-6;
-    CHECK(!is_still());
+    for (int end = 0; end < 2; end++) {
+        begin(ROWS);
+        newest.tan_az[end * COLUMNS] += 1e-6;
+        CHECK(!is_still());
+        begin(ROWS);
+        newest.tan_el[end * ROWS] += 1e-6;
+        CHECK(!is_still());
+    }
 }
 
 /* What the newer one frees the older one's echo would end no more. */
 TEST(what_a_newer_ping_frees_beyond_an_echo_is_not_joined)
 {
-    begin(1);
-    middle.cell[COLUMNS * ROWS - 1].ends = 400;
-    middle.r.echoes = true;
-    CHECK(!is_still());
-    newest.cell[COLUMNS * ROWS - 1].least = 406;
-    CHECK(!is_still());
-    newest.cell[COLUMNS * ROWS - 1].least = 404;
-    CHECK(is_still());
+    for (int at = 0; at < COLUMNS * ROWS; at += COLUMNS * ROWS - 1) {
+        begin(1);
+        middle.cell[at].ends = 400;
+        middle.r.echoes = true;
+        CHECK(!is_still());
+        newest.cell[at].least = 406;
+        CHECK(!is_still());
+        newest.cell[at].least = 404;
+        CHECK(is_still());
+    }
     begin(1);
     newest.cell[0].ends = 400; /* its own echo is no matter */
     newest.r.echoes = true;
@@ -275,20 +363,19 @@ TEST(a_cell_of_two_is_free_as_far_as_either_and_ends_at_the_nearer_echo)
         {{0, 0, WATER_NO_END}, {50, 300, WATER_NO_END}, {50, 300, WATER_NO_END}}, /* one that says nothing */
         {{50, 300, WATER_NO_END}, {0, 0, WATER_NO_END}, {50, 300, WATER_NO_END}},
         {{400, 500, WATER_NO_END}, {0, 300, 310}, {0, 300, 310}},
+        {{400, 700, WATER_NO_END}, {100, 350, WATER_NO_END}, {400, 700, WATER_NO_END}},
         {{0, 100, WATER_NO_END}, {100, 300, WATER_NO_END}, {0, 300, WATER_NO_END}}, /* they touch */
         {{100, 300, WATER_NO_END}, {0, 100, WATER_NO_END}, {0, 300, WATER_NO_END}},
     };
     begin(1);
     const int n = sizeof row / sizeof *row;
     for (int i = 0; i < n; i++) {
-        middle.cell[COLUMNS + i] =
-            (struct water_cell){row[i].older[0], row[i].older[1], row[i].older[1], row[i].older[2]};
-        newest.cell[COLUMNS + i] =
-            (struct water_cell){row[i].newer[0], row[i].newer[1], row[i].newer[1], row[i].newer[2]};
+        middle.cell[i] = (struct water_cell){row[i].older[0], row[i].older[1], row[i].older[1], row[i].older[2]};
+        newest.cell[i] = (struct water_cell){row[i].newer[0], row[i].newer[1], row[i].newer[1], row[i].newer[2]};
     }
     thin_join(&middle.r, &newest.r, &joined, &room);
     for (int i = 0; i < n; i++) {
-        const struct water_cell *cell = &joined.image.cell[COLUMNS + i];
+        const struct water_cell *cell = &joined.image.cell[i];
         CHECK_INT(cell->from, row[i].both[0]);
         CHECK_INT(cell->least, row[i].both[1]);
         CHECK_INT(cell->most, row[i].both[1]);
@@ -303,7 +390,7 @@ TEST(one_record_of_two_is_as_old_and_as_uncertain_as_the_worse)
         struct made *good = worse ? &middle : &newest, *bad = worse ? &newest : &middle;
         begin(1);
         turn(&newest.r, 0, geo_deg(0.5e-3));
-        newest.r.place_m[1] = 0.005;
+        newest.r.place_m[1] += 0.005;
         good->r.uncertain_m = 0.02;
         bad->r.uncertain_m = 0.03;
         good->r.tilt_rad = 0.01;
@@ -324,7 +411,7 @@ TEST(one_record_of_two_is_as_old_and_as_uncertain_as_the_worse)
             CHECK_NEAR(joined.spread_m[k], 0.1 * k + 0.05, 1e-9, 0);
         CHECK(joined.echoes);
         CHECK_NEAR(joined.image.near_m, 0.3, 0, 0);
-        CHECK(joined.place_m[1] == 0 && joined.axis[1][1] == 1);
+        CHECK(joined.place_m[1] == -2 && joined.axis[1][1] == 1);
         CHECK(joined.image.tan_az == room.tan_az && joined.image.tan_el == room.tan_el &&
               joined.image.cell == room.cell);
         CHECK(memcmp(room.tan_az, middle.tan_az, sizeof middle.tan_az) == 0 &&
@@ -337,6 +424,7 @@ int main(void)
     RUN(a_record_between_two_that_are_near_and_alike_is_spared);
     RUN(an_end_must_be_seen_by_those_before_and_behind);
     RUN(an_end_is_looked_for_where_it_is_seen_from_elsewhere);
+    RUN(an_end_is_found_from_anywhere);
     RUN(pings_from_one_place_are_those_of_the_same_image_there);
     RUN(what_a_newer_ping_frees_beyond_an_echo_is_not_joined);
     RUN(a_cell_of_two_is_free_as_far_as_either_and_ends_at_the_nearer_echo);
