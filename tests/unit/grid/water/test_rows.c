@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * test_rows - rows of a head, fans and matrices: what they have free some beam passed, wherever it was sent from, and what
- * is on the axis of a beam is as that beam says.
+ * test_rows - rows of a head, fans and matrices: what they have free some beam passed, wherever that was sent from, and
+ * on the axis of a beam the water is as it says.
  */
 #include "tests/lib/random.h"
 #include "tests/lib/test.h"
