@@ -153,7 +153,7 @@ comma    := ,
 
 $(BUILD)/sonard: $(BUILD)/daemon/main.o $(DAEMON) $(CONFIG) $(PROTOCOL) $(DRIVERS) $(GRID) $(CORE) $(BUILD)/link.stamp
 	$(link)
-$(BUILD)/sonarctl: $(BUILD)/client/ctl/sonarctl.o $(CLIENT) $(CONFIG) $(PROTOCOL) $(DRIVERS) $(CORE) $(BUILD)/link.stamp
+$(BUILD)/sonarctl: $(BUILD)/client/ctl/sonarctl.o $(CLIENT) $(DAEMON) $(CONFIG) $(PROTOCOL) $(DRIVERS) $(GRID) $(CORE) $(BUILD)/link.stamp
 	$(link)
 
 $(BUILD)/sonard-mavlink: $(BUILD)/client/mavlink/sonard-mavlink.o $(CLIENT) $(CONFIG) $(CORE) $(BUILD)/link.stamp

@@ -82,6 +82,18 @@ struct seen {
     struct asking asking;
 };
 
+/* With that setting, empty; its records are the caller's to free. */
+static struct seen seen_of(const struct knob *setting)
+{
+    struct conf conf;
+    struct sphere *grid = grid_of(setting);
+    knob_conf(setting, &conf);
+    return (struct seen){
+        .grid = grid,
+        .store = asked_store(),
+        .asking = {.picture = sphere_picture(grid), .limits = scans_limits(&conf), .near_m = asked_near_m()}};
+}
+
 static struct answer ask(const struct seen *seen, double az_rad, double distance_m, double half_rad)
 {
     const struct obstacles_query q = {
@@ -151,13 +163,7 @@ static void drive(struct seen *seen, const struct basin *basin, unsigned turn)
 static void errors_of(const struct knob *setting, unsigned seed, unsigned turns)
 {
     static struct tally t;
-    struct conf conf;
-    knob_conf(setting, &conf);
-    struct sphere *grid = grid_of(setting);
-    struct seen seen = {
-        .grid = grid,
-        .store = asked_store(),
-        .asking = {.picture = sphere_picture(grid), .limits = scans_limits(&conf), .near_m = asked_near_m()}};
+    struct seen seen = seen_of(setting);
     struct dice dice = dice_of(seed, 2);
     struct sphere_stats stats;
     struct basin basin;
@@ -172,7 +178,7 @@ static void errors_of(const struct knob *setting, unsigned seed, unsigned turns)
         ask_posts(&seen, &basin, place, &t);
     }
     free(seen.store);
-    sphere_stats(grid, &stats);
+    sphere_stats(seen.grid, &stats);
     cost_sort(t.range_m, t.n_ranges);
     knob_print(setting);
     printf(",all,%u,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%u\n", seed, (double)t.false_clear / t.in_way,
@@ -240,13 +246,7 @@ static bool shows_both(const struct seen *seen, const double range_m[2])
 /* Are both told apart, and how many turns after the first has gone is the second the nearest? */
 static void judge_pair(const struct knob *setting, const double range_m[2], unsigned *apart, unsigned *late)
 {
-    struct conf conf;
-    knob_conf(setting, &conf);
-    struct sphere *grid = grid_of(setting);
-    struct seen seen = {
-        .grid = grid,
-        .store = asked_store(),
-        .asking = {.picture = sphere_picture(grid), .limits = scans_limits(&conf), .near_m = asked_near_m()}};
+    struct seen seen = seen_of(setting);
     for (unsigned turn = 0; turn < PAIR_TURNS; turn++)
         hear_pair(&seen, turn, range_m, true);
     *apart += shows_both(&seen, range_m);

@@ -61,7 +61,8 @@ rule daemon "$core" $conf 'config/word\.h' 'protocol/(man|protocol|schema)\.h' "
 rule client $fault 'config/word\.h'
 rule client/lib
 rule client/view $fault $protocol
-rule client/ctl $fault $protocol "client/((lib|view)/)?$own" 'config/word\.h' 'drivers/(capture/(mcap|point_cloud)|ports/port|devices/(device|micron|ping_frame|seanet_frame))\.h'
+# daemon/settings.h: `setup` checks what it writes as the daemon will read it, not by rules of its own
+rule client/ctl $fault $conf 'daemon/settings\.h' $protocol "client/((lib|view)/)?$own" 'config/word\.h' 'drivers/(capture/(mcap|point_cloud)|ports/port|devices/(device|micron|ping_frame|seanet_frame))\.h'
 rule client/mavlink $fault "client/(lib/)?$own"
 rule web $fault 'client/view/[a-z_]+\.h' 'client/lib/(sonard|sonard_json)\.h' 'client/arguments\.h' 'protocol/(protocol|schema)\.h'
 

@@ -17,6 +17,7 @@
 #include "drivers/ports/port.h"
 #include "find_network.h"
 #include "find_sonar.h"
+#include "setup_check.h"
 
 #define CONF_FILE    "/etc/sonard/sonard.conf"
 #define DROP_IN      CONF_FILE ".d/50-setup.conf"
@@ -504,12 +505,38 @@ static bool output_exists(const struct setup *s)
     return true;
 }
 
+static void print_fault(void *ctx, const char *message)
+{
+    (void)ctx;
+    fprintf(stderr, "%s\n", message);
+}
+
+/* What is to be written, in memory of its own; NULL after a message: there is none, or sonard would refuse it. */
+static char *good_text(const struct setup *s, const char *path, size_t *n)
+{
+    char *text = NULL;
+    FILE *out = open_memstream(&text, n);
+    if (out) {
+        write_conf(s, out);
+        if (fclose(out) == 0 && setup_check(&(struct conf_text){path, text, *n}, print_fault, NULL))
+            return text;
+    }
+    free(text);
+    fprintf(stderr, "sonarctl setup: %s: nothing is written\n",
+            out ? "sonard would refuse this configuration" : strerror(errno));
+    return NULL;
+}
+
 /* To the file that is not there yet, - is standard output. */
 static int write_out(const struct setup *s)
 {
     const char *output = json_string_value(given(s, "output"));
     const bool is_drop_in = !output, to_stdout = output && strcmp(output, "-") == 0;
     const char *path = output ? output : DROP_IN;
+    size_t n;
+    char *text = good_text(s, to_stdout ? "standard output" : path, &n);
+    if (!text)
+        return EXIT_USAGE;
     FILE *out = to_stdout ? stdout : fopen(path, "wxe");
     if (!out) {
         fprintf(stderr, "sonarctl setup: %s: %s%s\n", path, strerror(errno),
@@ -517,9 +544,11 @@ static int write_out(const struct setup *s)
                 : errno == EACCES && is_drop_in ? "; run it with sudo, or choose another with --output FILE"
                 : errno == ENOENT && is_drop_in ? "; make the folder first, or choose another with --output FILE"
                                                 : "");
+        free(text);
         return EXIT_OUTPUT;
     }
-    write_conf(s, out);
+    fwrite(text, 1, n, out);
+    free(text);
     if (to_stdout)
         return EXIT_CLEAR;
     if (fclose(out) != 0) {

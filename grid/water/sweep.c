@@ -40,8 +40,14 @@ static double drifted_m(const struct water_record *a, const struct water_record 
     return hypot(b->drift_m[0] - a->drift_m[0], b->drift_m[1] - a->drift_m[1]);
 }
 
-/* A beam's part of the horizon, and how high it reaches. */
-static double highest_rad(const struct row_shape *shape, int row)
+/* How high a beam reaches, up or down. */
+static double highest_rad(const struct row_shape *shape)
+{
+    return fabs(shape->el_rad) + shape->half_el_rad;
+}
+
+/* The same of the part of it that a row of the image is. */
+static double highest_in_rad(const struct row_shape *shape, int row)
 {
     const double from_rad = shape->el_rad + row_share[row] * shape->half_el_rad,
                  to_rad = shape->el_rad + row_share[row + 1] * shape->half_el_rad;
@@ -70,7 +76,7 @@ static bool join(const struct sweep_look *a, const struct sweep_look *b, double 
                  tilt_rad = tilt(&a->at, &b->at);
     const double slip_m = fmax(slipped_m(a, b), 0) + drifted_m(&a->at, &b->at);
     for (int row = 0; row < ROW_ROWS; row++) {
-        const double highest = highest_rad(&b->shape, row), least_rad = over_rad - tilt_rad * tan(highest);
+        const double highest = highest_in_rad(&b->shape, row), least_rad = over_rad - tilt_rad * tan(highest);
         join_m[row] = slip_m <= 0 && least_rad >= -ROW_TOUCH_RAD ? 0
                       : least_rad <= 0                           ? (double)INFINITY
                                        : slip_m / (sin(fmin(least_rad, GEO_PI / 2)) * cos(highest));
@@ -150,7 +156,7 @@ bool sweep_add(struct sweep *s, const struct water_record *at, const struct beam
  */
 static void meet(const struct sweep *s, const struct sweep_look *middle, double at_m[2])
 {
-    const double highest = highest_rad(&middle->shape, 0), lift = 1 - cos(highest), sine = sin(highest);
+    const double highest = highest_rad(&middle->shape), lift = 1 - cos(highest), sine = sin(highest);
     const double own = (s->n - s->first) * (MEET_LEAST + lift * lift + 0.05 * sine * sine);
     double xx = own, xy = 0, yy = own, x = 0, y = 0;
     for (int i = s->first; i < s->n; i++) {
@@ -193,12 +199,14 @@ static double take_look(const struct sweep_look *look, const struct water_record
         for (int j = 0; j < 3; j++)
             off_m[j] += (at->place_m[k] - record->place_m[k]) * at->axis[j][k];
     const double along_m = off_m[0], aside_m = fabs(off_m[1]), up_m = fabs(off_m[2]),
-                 highest = highest_rad(&look->shape, 0), half = look->shape.half_az_rad;
+                 highest = highest_rad(&look->shape), half = look->shape.half_az_rad;
     const double bent_m = hypot(aside_m + fabs(along_m) * sin(half), up_m + fabs(along_m) * sin(highest));
     const double near_m = fmax(look->beam.near_m, fmin(BENT_LEAST * bent_m, BENT_ENOUGH_M));
     const double left_m = fabs(along_m) * (1 - cos(highest) * cos(half)) + aside_m * sin(half) +
                           up_m * sin(highest) + (near_m > 0 ? bent_m * bent_m / near_m : 0);
-    const double spread_m[3] = {left_m, aside_m, up_m + fabs(along_m) * sin(highest)};
+    /* from nearer to the water its sides are seen farther apart than from the row's place */
+    const double spread_m[3] = {left_m, aside_m + fmax(along_m, 0) * sin(half),
+                                up_m + fabs(along_m) * sin(highest)};
     *beam = look->beam;
     beam->az_rad = azimuth(at, middle);
     beam->axis_m += beam->axis_m > 0 ? along_m : 0;

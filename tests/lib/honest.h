@@ -533,7 +533,7 @@ static void send_ping(int which, uint64_t t_ns, uint64_t late_ns, uint32_t numbe
 enum question { CONE, CORRIDOR, SECTORS, NEAREST, COLLISION, LIMIT, FREE_TO, RECORDS, QUESTIONS };
 static const char *const names[] = {"cone",  "corridor",  "sectors", "nearest", "time_to_collision",
                                     "limit", "free_to_m", "records"};
-/* Amply clear: no point is within so much of what was asked, nor so much behind it. Of a way, what is held back counts
+/* Amply clear: no point is within so much of what was asked, nor so much behind it. Of a way, what is not said counts
  * where beams have been at all of it that is nearer than `near`: else a lost ping may have passed over what is
  * there. */
 #define AMPLE_M 0.5

@@ -5,10 +5,18 @@ as options, and what is written passes the check and runs."""
 import fcntl
 import os
 import pty
+import random
 import socket
 import subprocess
 
-from lib import PATIENCE, SONARCTL, SONARD, check, free_port, pings_until, run
+from lib import PATIENCE, SEED, SONARCTL, SONARD, check, free_port, pings_until, run
+
+ODD_PORTS = ("/dev/null", "serial:/dev/null:9600", "udp:192.168.2.2:9092", "udp:192.168.2.2:9092:listen", "tcp:bridge:4001", "can:can0",
+             "isotp:can0:123:321", "canstream:can0:100:101")
+ODD_OPTIONS = [("--range", m) for m in ("0.75", "1", "2.5", "20", "50", "50.5", "75", "100", "150", "200")] + [
+    ("--mount", m) for m in ("0,0,0", "50,-50,50", "0.001,0,-3")] + [("--size", m) for m in ("0.1,0.1,0.1", "50,50,50", "50,0.1,0.1")] + [
+        ("--current", mps) for mps in ("0", "0.05", "5")] + [("--name", name) for name in ("-", "_0", "n" * 31)] + [
+            ("--near",), ("--upside-down",), ("--near", "--current", "5", "--range", "0.75"), ("--size", "50,50,50", "--near", "--range", "50")]
 
 
 def setup(bench, *options, **pipes):
@@ -75,6 +83,27 @@ def options(bench):
     check(done.returncode == 0, done.stderr)
 
 
+def accepted(bench):
+    """Each device on each port and with each option at odd values: sonard accepts what is written; what it would not is refused in
+    its own words. The gate has some of them, LONG=1 all."""
+    devices = setup(bench, "--device", "?", "--output", "-").stderr.split("supported: ")[1].split()
+    cases = [(device, port, ()) for device in devices for port in ODD_PORTS]
+    cases += [(device, port, odd) for device in devices for odd in ODD_OPTIONS for port in ("serial:/dev/null:9600", "can:can0")]
+    written = refusals = 0
+    for device, port, odd in cases if os.environ.get("LONG") else random.Random(SEED).sample(cases, 50):
+        done = setup(bench, "--device", device, "--port", port, *odd, "--output", "-")
+        about = "%s %s %s: %d %s" % (device, port, odd, done.returncode, done.stderr)
+        if done.returncode == 0:
+            checked = bench.run(SONARD, "--check", bench.write("odd.conf", done.stdout))
+            check(checked.returncode == 0, about + checked.stderr)
+            written += 1
+        else:
+            check(done.returncode == 3 and done.stdout == "" and "nothing is written" in done.stderr, about)
+            check("standard output:" in done.stderr and ": [sonar " in done.stderr, "without sonard's words: " + about)
+            refusals += 1
+    check(written > 0 and refusals > 0, "%d written, %d refused" % (written, refusals))
+
+
 def drop_in(bench):
     """In the folder behind sonard.conf it wins over what stands there."""
     conf = bench.conf()
@@ -84,6 +113,10 @@ def drop_in(bench):
     check(done.returncode == 0, done.stderr)
     printed = bench.run(SONARD, "-c", conf, "--print").stdout
     check("range = 7 m" in printed and "port = serial:/dev/null:921600" in printed, printed)
+    other = conf + ".d/60-other.conf"
+    done = setup(bench, "--device", "micron", "--port", "/dev/null", "--name", "other", "--output", other)
+    check(done.returncode == 3 and other + ":7: [sonar other] port = serial:/dev/null:115200: does not go with" in done.stderr, done.stderr)
+    check("another serial port: each device needs its own" in done.stderr and not os.path.exists(other), done.stderr)
 
 
 def nothing_there(bench):
@@ -118,6 +151,9 @@ def refused(bench):
                                   (("--port", "udp:bluerov"), 3, "must be an address and a port number"),
                                   (("--device", "micron", "--port", "/dev/null", "--name", "a b"), 3, "--name: expected"),
                                   (("--range", "500"), 3, "0.75 to 200"),
+                                  (("--device", "ping360", "--port", "/dev/null", "--range", "200"), 3, "ping360 takes range 0.75 to 50 m"),
+                                  (("--device", "dronecan", "--port", "/dev/null"), 3, "it needs a CAN bus, as port = can:can0"),
+                                  (("--device", "nmea2000", "--port", "/dev/null"), 3, "it needs a CAN bus, as port = can:can0"),
                                   (("--size", "1,0,0.5"), 3, "--size: expected 3 numbers from 0.1 to 50"),
                                   (("--mount", "99,0,0"), 3, "--mount: expected 3 numbers from -50 to 50"),
                                   (("--port", "/dev/null"), 2, "no sonar found at /dev/null; power, wiring, right port?"),
@@ -206,6 +242,6 @@ run([("ping360", found("ping360_sim", "ping360")),
      ("micron", found("micron_sim", "micron", quiet=True)),
      ("ping1d", found("ping1d_sim", "ping1d")),
      ("ping1d_with_old_firmware", found("ping1d_sim", "ping1d", "--old", "1")),
-     ("options", options), ("drop_in", drop_in), ("nothing_there", nothing_there), ("refused", refused), ("warns", warns), ("ports", ports), ("questions", questions),
+     ("options", options), ("accepted", accepted), ("drop_in", drop_in), ("nothing_there", nothing_there), ("refused", refused), ("warns", warns), ("ports", ports), ("questions", questions),
      ("hangs_up", hangs_up)], parallel=2,
-    gate=("options", "drop_in", "nothing_there", "refused", "warns", "ports", "questions", "hangs_up"))
+    gate=("options", "accepted", "drop_in", "nothing_there", "refused", "warns", "ports", "questions", "hangs_up"))

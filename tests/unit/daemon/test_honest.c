@@ -3,7 +3,7 @@
  * test_honest - no clear is false, of all that a vehicle can ask in a world of points (honest.h); and asking for more
  * never makes clear what was blocked.
  *
- * Beside that it counts what is held back of what is amply clear, and what the answers give as reasons; `test_honest
+ * Beside that it counts what is not said of what is amply clear, and what the answers give as reasons; `test_honest
  * causes` does so with a slow vehicle whose circumstances are made easier one at a time. It asks in few worlds, in less
  * than a minute; with LONG=1 in more of them and of more kinds.
  */

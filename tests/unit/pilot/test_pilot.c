@@ -112,7 +112,40 @@ TEST(instruments_are_as_wrong_as_is_allowed_for)
     }
 }
 
-/* With attitude alone the vehicle goes as it is told to through the water, no farther than its thrusters allow. */
+/*
+ * Level, with equal thrusters, no tether, and moved along one of its axes at a time a vehicle goes through the water as
+ * it is told to. Who steers leaves a force of less than 0.2 N out and corrects an error by 2 / s: of the lightest
+ * vehicle, 9.75 kg, an error of 0.01 m/s stays, and as much again by thrusters that lag and start late. He knows of no
+ * tilt, no lost propeller and no tether, and reckons each axis by itself, although thrust is no linear function of the
+ * pulse: what they do to the speed has no bound.
+ */
+TEST(a_vehicle_that_nothing_else_moves_goes_as_it_is_told)
+{
+    static const double wanted_mps[][2] = {{0, 0}, {0.4, 0}, {0, 0}, {0, -0.2}, {-0.1, 0}, {0, 0}};
+    const uint64_t seed = test_seed();
+    for (int turn = 0; turn < 4; turn++) {
+        const double current_mps[2] = {0.05, -0.03};
+        double off_mps = 0;
+        struct rover r;
+        rover_start(&r, seed + (uint64_t)turn, current_mps, 0.08);
+        r.rov.tether_ns2pm2 = 0;
+        r.rov.righting_nm = 50;
+        for (int k = 0; k < 8; k++)
+            r.rov.share[k] = 1;
+        for (int n = 0; n < 6 * 400; n++) {
+            const double *command_mps = wanted_mps[n / 400];
+            double is_mps[3];
+            rover_step(&r, command_mps, turn * GEO_PI / 2, 0.02);
+            rov_velocity(&r.rov, is_mps);
+            if (n % 400 >= 300)
+                off_mps = fmax(off_mps, hypot(is_mps[0] - command_mps[0] - current_mps[0],
+                                              is_mps[1] - command_mps[1] - current_mps[1]));
+        }
+        CHECK(off_mps < 0.02);
+    }
+}
+
+/* With attitude alone any vehicle goes no farther than its thrusters allow, even one that turns over or is pulled. */
 TEST(thrusters_bound_a_vehicle_that_nobody_measures)
 {
     static const double wanted_mps[][2] = {{0.4, 0}, {0, 0}, {0, -0.2}, {0.1, 0.1}, {0, 0}};
@@ -124,11 +157,7 @@ TEST(thrusters_bound_a_vehicle_that_nobody_measures)
         rover_start(&r, of, current_mps, 0.08);
         const double *place_m = r.rov.place_m;
         for (int n = 0; n < 5 * 500; n++) {
-            const double *command_mps = wanted_mps[n / 500];
-            const bool sampled = rover_step(&r, command_mps, 0.002 * n, 0.02);
-            CHECK(n % 500 < 400 ||
-                  hypot(place_m[0] - was_m[0] - 0.02 * (command_mps[0] + current_mps[0]),
-                        place_m[1] - was_m[1] - 0.02 * (command_mps[1] + current_mps[1])) < 0.02 * 0.15);
+            const bool sampled = rover_step(&r, wanted_mps[n / 500], 0.002 * n, 0.02);
             went_m += hypot(place_m[0] - was_m[0], place_m[1] - was_m[1]);
             memcpy(was_m, place_m, sizeof was_m);
             sure_m += sampled ? (r.mps[0] + 0.08) * ROV_BOUND_S : 0;
@@ -174,6 +203,7 @@ int main(void)
     RUN(a_vehicle_set_up_as_documented_arrives);
     RUN(a_sonar_that_looks_up_and_down_needs_no_promise);
     RUN(instruments_are_as_wrong_as_is_allowed_for);
+    RUN(a_vehicle_that_nothing_else_moves_goes_as_it_is_told);
     RUN(thrusters_bound_a_vehicle_that_nobody_measures);
     RUN(what_stands_still_is_told_from_what_swims);
     RUN(a_head_points_at_a_diver_once_in_a_revolution);

@@ -547,6 +547,30 @@ TEST(water_is_as_uncertain_as_all_that_turned_it)
     }
 }
 
+/* Drift is level, and a heading turns about the vertical: for a sensor that leans that is up and down, too. */
+TEST(water_of_a_sensor_that_leans_is_uncertain_up_and_down)
+{
+    static struct water_view view[ASK_RECORDS];
+    for (int leans = 0; leans < 2; leans++) {
+        const struct mount mount = {
+            .attitude = {leans ? sqrt(0.75) : 1, leans ? 0.5 : 0, 0, 0}}; /* by 60 degrees */
+        const double leaning = leans ? sqrt(0.75) : 0;
+        begin(9, 3);
+        ping.pose = pose;
+        store_enter(store, &ping, &mount);
+        pose.uncertain_m = 0.1;
+        pose.drift_m[0] = 0.3;
+        pose.drift_m[1] = 0.4;
+        pose.heading_radps = 0.005;
+        ping.t_ns += 2 * SECOND;
+        CHECK_INT(look(view), 1);
+        CHECK_NEAR(view[0].level_m, 0.3, 1e-6, 0);
+        CHECK_NEAR(view[0].lift_m, 0.1 + 0.4 + 0.3 * leaning, 1e-6, 0);
+        CHECK_NEAR(view[0].margin_rad, 0.01, 1e-6, 0);
+        CHECK_NEAR(view[0].lift_rad, 0.01 * leaning, 1e-6, 1e-9);
+    }
+}
+
 TEST(what_is_no_ping_of_a_sonar_is_left_alone)
 {
     for (int kind = 0; kind < 3; kind++) {
@@ -918,6 +942,7 @@ int main(void)
     RUN(only_a_pose_that_goes_on_is_followed);
     RUN(water_is_as_uncertain_as_all_that_moved_it);
     RUN(water_is_as_uncertain_as_all_that_turned_it);
+    RUN(water_of_a_sensor_that_leans_is_uncertain_up_and_down);
     RUN(what_is_no_ping_of_a_sonar_is_left_alone);
     RUN(small_steps_between_pings_are_no_jump);
     RUN(without_an_attitude_water_lies_in_the_bodys_axes);

@@ -1,0 +1,621 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * test_decide - what one record says of one tile: each margin by itself, where it begins to count, and all of them
+ * together against points of the tile that are looked up in the image.
+ */
+#include "tests/lib/random.h"
+#include "tests/lib/test.h"
+
+#include "grid/geometry.h"
+#include "grid/water/decide.h"
+
+#define COLUMNS_MOST 128
+#define FINE_M       (2 * WATER_GRID_M / 4) /* of the thinnest tiles: two steps of the grid */
+
+static double tan_az[COLUMNS_MOST + 1], tan_el[8];
+static struct water_cell cells[6 * COLUMNS_MOST];
+static struct water_record record;
+static struct water_view view;
+static struct water_tile tile;
+static struct water_pieces out;
+
+/* An image of columns and rows of that width around straight ahead, all free from 0.5 to 5 m. */
+static void begin(int columns, int rows, double column_deg, double row_deg)
+{
+    record = (struct water_record){.axis = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    record.image = (struct water_image){.columns = (uint16_t)columns,
+                                        .rows = (uint16_t)rows,
+                                        .parts = 1,
+                                        .tan_az = tan_az,
+                                        .tan_el = tan_el,
+                                        .near_m = 0.5};
+    for (int i = 0; i <= columns; i++)
+        tan_az[i] = tan(geo_rad((i - columns / 2.0) * column_deg));
+    for (int i = 0; i <= rows; i++)
+        tan_el[i] = tan(geo_rad((i - rows / 2.0) * row_deg));
+    for (int i = 0; i < columns * rows; i++)
+        cells[i] = (struct water_cell){.from = 50, .least = 500, .most = 500, .ends = WATER_NO_END};
+    water_image_fill(&record.image, cells);
+    view = (struct water_view){.record = &record};
+}
+
+/* All of it is one cell of 20 by 20 degrees. */
+static void begin_one(void)
+{
+    begin(1, 1, 20, 20);
+}
+
+static void aim(double az_deg, double el_deg, double half_deg)
+{
+    geo_direction(geo_rad(az_deg), geo_rad(el_deg), tile.v);
+    tile.half_rad = geo_rad(half_deg);
+}
+
+/* The stretch that is free; from above to: nothing is. */
+struct stretch {
+    double from_m, to_m;
+};
+
+static struct stretch free_in(double az_deg, double el_deg, double half_deg)
+{
+    struct stretch s = {INFINITY, -INFINITY};
+    aim(az_deg, el_deg, half_deg);
+    water_decide(&view, &tile, 0, 12, &out);
+    for (int i = 0; i < out.n; i++)
+        if (out.piece[i].says == WATER_FREE) {
+            s.from_m = fmin(s.from_m, out.piece[i].from_m);
+            s.to_m = fmax(s.to_m, out.piece[i].to_m);
+        }
+    return s;
+}
+
+static bool is_free(double az_deg, double el_deg, double half_deg)
+{
+    const struct stretch s = free_in(az_deg, el_deg, half_deg);
+    return s.from_m < s.to_m;
+}
+
+/* From where on the water ends; INFINITY: nowhere. */
+static double ends_m(double az_deg, double el_deg, double half_deg)
+{
+    aim(az_deg, el_deg, half_deg);
+    water_decide(&view, &tile, 0, 12, &out);
+    return out.piece[out.n - 1].says == WATER_ENDED ? out.piece[out.n - 1].from_m : INFINITY;
+}
+
+/* A thin tile is free from there to there, to the grid's step, and no farther. */
+#define CHECK_FREE(az_deg, el_deg, begin_m, end_m)                                                                \
+    do {                                                                                                          \
+        const struct stretch got_s = free_in(az_deg, el_deg, 0);                                                  \
+        CHECK(got_s.from_m >= (begin_m)-1e-9 && got_s.from_m <= (begin_m) + FINE_M);                              \
+        CHECK(got_s.to_m <= (end_m) + 1e-9 && got_s.to_m >= (end_m)-FINE_M);                                      \
+    } while (0)
+
+#define CHECK_ENDS(az_deg, el_deg, at_m)                                                                          \
+    do {                                                                                                          \
+        const double got_m = ends_m(az_deg, el_deg, 0);                                                           \
+        CHECK(got_m <= (at_m) + 1e-9 && got_m >= (at_m)-FINE_M);                                                  \
+    } while (0)
+
+/* At that angle beside a side of the image something of that size fits in from here on. */
+static double fits_from(double radius_m, double aside_deg)
+{
+    return radius_m / sin(geo_rad(aside_deg));
+}
+
+/* ---- one cell, one thing at a time ---- */
+
+TEST(water_is_free_within_the_cell_and_its_ranges)
+{
+    begin_one();
+    CHECK_FREE(0, 0, 0.5, 5);
+    for (int side = -1; side <= 1; side += 2) {
+        CHECK_FREE(side * 9.9, 0, 0.5, 5);
+        CHECK_FREE(0, side * 9.8, 0.5, 5);
+        CHECK(!is_free(side * 10.1, 0, 0));
+        CHECK(!is_free(0, side * 10.1, 0));
+        CHECK(is_free(side * 8.8, 0, 1) && !is_free(side * 9.2, 0, 1));
+        CHECK(is_free(0, side * 8.8, 1) && !is_free(0, side * 9.2, 1));
+    }
+    CHECK(!is_free(180, 0, 0) && !is_free(170, 0, 5) && !is_free(90, 0, 1));
+    CHECK(ends_m(0, 0, 0) == INFINITY);
+    view.keeps_m = 3;
+    CHECK_FREE(0, 0, 0.5, 3);
+    view.lost = true;
+    CHECK(!is_free(0, 0, 0));
+}
+
+TEST(water_ends_where_it_may_touch_an_echo)
+{
+    begin_one();
+    cells[0].ends = cells[0].least = cells[0].most = 400;
+    for (int lost = 0; lost < 2; lost++) {
+        view.lost = lost;
+        view.margin_m = 0;
+        CHECK_ENDS(0, 0, 4);
+        CHECK(fabs(ends_m(10.5, 0, 1) - 4) < 2 * WATER_GRID_M && fabs(ends_m(0, -10.5, 1) - 4) < 2 * WATER_GRID_M);
+        CHECK(ends_m(11.5, 0, 1) == INFINITY && ends_m(0, 11.5, 1) == INFINITY && ends_m(180, 0, 1) == INFINITY);
+        view.margin_m = 0.2;
+        CHECK_ENDS(0, 0, 3.8);
+    }
+}
+
+/* The vehicle may be elsewhere: ranges count less far, and the sides come nearer. */
+TEST(margins_of_place_make_free_water_smaller)
+{
+    begin_one();
+    view.margin_m = 0.2;
+    CHECK_FREE(0, 0, fits_from(0.2, 10), 4.8);
+    CHECK_FREE(0, 5, fits_from(0.2, 10), 4.8);
+    for (int side = -1; side <= 1; side += 2)
+        CHECK_FREE(side * 5, 0, fits_from(0.2, 5), 4.8);
+    begin_one();
+    view.lift_m = 0.2;
+    CHECK_FREE(5, 0, fits_from(0.2, 10), 5);
+    for (int side = -1; side <= 1; side += 2)
+        CHECK_FREE(0, side * 5, fits_from(0.2, 5), 5);
+    begin_one();
+    record.spread_m[0] = 0.2;
+    CHECK_FREE(9, 9, 0.7, 4.8);
+    begin_one();
+    record.spread_m[1] = 0.2;
+    CHECK_FREE(0, 9, fits_from(0.2, 10), 5);
+    CHECK_FREE(5, 0, fits_from(0.2, 5), 5);
+    begin_one();
+    record.spread_m[2] = 0.2;
+    CHECK_FREE(9, 0, fits_from(0.2, 10), 5);
+    CHECK_FREE(0, 5, fits_from(0.2, 5), 5);
+}
+
+TEST(margins_of_direction_take_the_sides_alone)
+{
+    begin_one();
+    view.margin_rad = geo_rad(2);
+    CHECK_FREE(7.8, 0, 0.5, 5);
+    CHECK_FREE(0, 9.8, 0.5, 5);
+    CHECK(!is_free(8.2, 0, 0) && !is_free(-8.2, 0, 0));
+    begin_one();
+    view.lift_rad = geo_rad(2);
+    CHECK_FREE(0, 7.8, 0.5, 5);
+    CHECK_FREE(9.8, 0, 0.5, 5);
+    CHECK(!is_free(0, 8.2, 0) && !is_free(0, -8.2, 0));
+}
+
+/* What is as high as before and nearer is seen steeper; what is farther away, less steeply. */
+TEST(level_drift_changes_how_steep_water_is_seen)
+{
+    const double steep = tan(geo_rad(8)) / tan(geo_rad(10)), flat = tan(geo_rad(5)) / tan(geo_rad(6));
+    for (int side = -1; side <= 1; side += 2) {
+        begin_one();
+        view.level_m = 0.5;
+        CHECK_FREE(0, side * 8, 0.5 / (1 - steep) / cos(geo_rad(8)), 5);
+        CHECK_FREE(0, 0, 0.5, 5);
+        begin_one();
+        tan_el[0] = tan(geo_rad(side > 0 ? 5 : -40));
+        tan_el[1] = tan(geo_rad(side > 0 ? 40 : -5));
+        view.level_m = 0.5;
+        CHECK_FREE(0, side * 6, 0.5 * flat / (1 - flat) / cos(geo_rad(6)), 5);
+    }
+}
+
+/* The vehicle is 1 m beside, above, below or behind the sensor by now. */
+TEST(a_tile_begins_at_the_vehicle_and_lies_where_the_sensor_sees_it)
+{
+    const double side_m = 1 / tan(geo_rad(10)), s5 = sin(geo_rad(5));
+    for (int side = -1; side <= 1; side += 2) {
+        begin_one();
+        cells[0].least = cells[0].most = 800;
+        view.at_m[1] = side;
+        CHECK_FREE(0, 0, side_m, sqrt(8 * 8 - 1));
+        CHECK_FREE(side * -5, 0, cos(geo_rad(10)) / sin(geo_rad(15)), s5 + sqrt(s5 * s5 + 63));
+        view.at_m[1] = 0;
+        view.at_m[2] = side;
+        CHECK_FREE(0, 0, side_m, sqrt(8 * 8 - 1));
+        view.at_m[2] = 0;
+        view.at_m[0] = side;
+        CHECK_FREE(0, 0, side > 0 ? 0 : 1.5, 8 - side);
+    }
+}
+
+/* From ahead towards the sensor, with margins. */
+TEST(a_tile_that_comes_nearer_is_free_as_long_as_it_fits_in)
+{
+    for (int up = 0; up < 2; up++) {
+        begin_one();
+        view.at_m[0] = 6;
+        view.margin_m = up ? 0 : 0.2;
+        view.lift_m = up ? 0.2 : 0;
+        CHECK_FREE(180, 0, up ? 1 : 1.2, 6 - fits_from(0.2, 10));
+    }
+}
+
+/* A way that passes beside the sensor, above or below it, is seen steepest in its middle. */
+TEST(a_way_is_as_high_as_where_it_is_highest)
+{
+    for (int side = -1; side <= 1; side += 2)
+        for (int up = -1; up <= 1; up += 2)
+            for (int later = 0; later < 2; later++) {
+                begin(1, 1, 120, 40);
+                cells[0].least = cells[0].most = 800;
+                memcpy(view.at_m, (double[3]){2, -3 * side, up}, sizeof view.at_m);
+                aim(90 * side, 0, 0);
+                water_decide(&view, &tile, 0, later ? 7 : 6, &out);
+                const double far_m = sqrt(1 / (tan_el[1] * tan_el[1]) - 2 * 2);
+                double free_m = 0;
+                for (int i = 0; i < out.n; i++)
+                    if (out.piece[i].says == WATER_FREE) {
+                        CHECK(out.piece[i].to_m <= 3 - far_m || out.piece[i].from_m >= 3 + far_m);
+                        free_m += out.piece[i].to_m - out.piece[i].from_m;
+                    }
+                const double sides_m = 2 * (tan(geo_rad(60)) - 1.5); /* of it beyond the image */
+                CHECK(sides_m < 0.5 && free_m >= (later ? 6 + 0.46 : 6) - 2 * far_m - 4 * FINE_M);
+                CHECK(out.judged > out.n && out.judged < 150);
+            }
+}
+
+/* Its axes need not be those of the world. */
+TEST(a_record_lies_as_its_sensor_lay)
+{
+    begin_one();
+    memcpy(record.axis, (double[3][3]){{0, 1, 0}, {0, 0, 1}, {1, 0, 0}}, sizeof record.axis);
+    CHECK_FREE(90, 0, 0.5, 5);
+    CHECK(is_free(90, -9, 0) && is_free(99, 0, 0));
+    CHECK(!is_free(0, 0, 0) && !is_free(-90, 0, 0) && !is_free(90, -11, 0));
+}
+
+/* What lies beside the sensor is nearer to it by some of the tile, and farther by others. */
+TEST(a_wide_tile_beside_the_sensor_loses_range)
+{
+    begin(1, 1, 120, 120);
+    CHECK(free_in(0, 0, 1).to_m > 5 - 2 * WATER_GRID_M && free_in(0, 0, 1).from_m < 0.5 + 2 * WATER_GRID_M);
+    view.at_m[1] = 2;
+    const double end_m = sqrt(5 * 5 - 2 * 2), wide_m = end_m * geo_rad(1);
+    CHECK(free_in(0, 0, 1).to_m <= end_m - 0.3 * wide_m);
+    CHECK(free_in(0, 0, 1).to_m >= end_m - wide_m - 2 * WATER_GRID_M);
+}
+
+/* A way through the image in which every second column is free: too many pieces are none. */
+TEST(water_ends_where_there_are_too_many_pieces)
+{
+    begin(COLUMNS_MOST, 1, 1, 20);
+    for (int i = 0; i < COLUMNS_MOST; i++)
+        cells[i] = (struct water_cell){
+            .from = 0, .least = i % 2 ? 60000 : 0, .most = i % 2 ? 60000 : 0, .ends = WATER_NO_END};
+    record.image.near_m = 0;
+    water_image_fill(&record.image, cells);
+    view.at_m[0] = 30;
+    view.at_m[1] = -40;
+    aim(90, 0, 0);
+    water_decide(&view, &tile, 0, 100, &out);
+    CHECK_INT(out.n, WATER_PIECES);
+    CHECK(out.piece[out.n - 1].says == WATER_ENDED && out.piece[out.n - 1].mixed);
+    CHECK(out.piece[out.n - 1].to_m < 90);
+    int free = 0;
+    for (int i = 0; i + 1 < out.n; i++) {
+        CHECK(out.piece[i].says != WATER_ENDED && out.piece[i].to_m == out.piece[i + 1].from_m);
+        free += out.piece[i].says == WATER_FREE;
+    }
+    CHECK(free > WATER_PIECES / 5);
+}
+
+/* ---- what need not be asked ---- */
+
+static bool touches(double *from_m, double *to_m)
+{
+    *from_m = 0;
+    *to_m = 10;
+    return water_touches(&view, &tile, from_m, to_m);
+}
+
+TEST(a_stretch_is_shortened_to_the_image)
+{
+    double from_m, to_m;
+    begin_one();
+    aim(0, 0, 1);
+    CHECK(touches(&from_m, &to_m) && from_m <= 0 && to_m >= 10);
+    for (int side = -1; side <= 1; side += 2) {
+        aim(side * 30, 0, 1);
+        CHECK(!touches(&from_m, &to_m) || to_m < 1e-4);
+    }
+    const double c = cos(geo_rad(10)), s = sin(geo_rad(10)), h = sqrt(0.5);
+    for (int side = -1; side <= 1; side += 2) {
+        begin_one();
+        view.at_m[1] = -3 * side; /* it comes in at one side, and leaves at the other */
+        aim(side * 45, 0, 0);
+        CHECK(touches(&from_m, &to_m));
+        CHECK_NEAR(from_m, 3 * c / (h * (c + s)), 0, 1e-5);
+        CHECK_NEAR(to_m, 3 * c / (h * (c - s)), 0, 1e-5);
+        tile.half_rad = 0.1; /* the sides are as much nearer as the tile is wide */
+        CHECK(touches(&from_m, &to_m));
+        CHECK_NEAR(from_m, 3 * c / (h * (c + s) + 0.1), 0, 1e-5);
+        CHECK_NEAR(to_m, 3 * c / (h * (c - s) - 0.1), 0, 1e-5);
+        tile.half_rad = 0;
+        view.margin_rad = 0.1;
+        CHECK(touches(&from_m, &to_m));
+        CHECK_NEAR(from_m, (3 * c - 0.1 * 3) / (h * (c + s) + 0.1), 0, 1e-5);
+        CHECK_NEAR(to_m, (3 * c + 0.1 * 3) / (h * (c - s) - 0.1), 0, 1e-5);
+        view.margin_rad = 0;
+        for (int kind = 0; kind < 2; kind++) {
+            view.margin_m = kind ? 0 : 0.3;
+            record.spread_m[1] = kind ? 0.3 : 0;
+            CHECK(touches(&from_m, &to_m));
+            CHECK_NEAR(from_m, (3 * c - 0.3) / (h * (c + s)), 0, 1e-5);
+            CHECK_NEAR(to_m, (3 * c + 0.3) / (h * (c - s)), 0, 1e-5);
+        }
+    }
+}
+
+TEST(an_image_covers_what_may_touch_it)
+{
+    begin_one();
+    aim(10.5, 0, 1);
+    CHECK(water_covers(&view, &tile, 3));
+    aim(0, -10.5, 1);
+    CHECK(water_covers(&view, &tile, 3));
+    aim(11.5, 0, 1);
+    CHECK(!water_covers(&view, &tile, 3));
+    view.at_m[1] = -3;
+    aim(45, 0, 0);
+    CHECK(!water_covers(&view, &tile, 3.5) && water_covers(&view, &tile, 4.2) && !water_covers(&view, &tile, 5.3));
+}
+
+static bool shows(double az_deg, double el_deg, double at_m, double within_deg)
+{
+    double v[3];
+    geo_direction(geo_rad(az_deg), geo_rad(el_deg), v);
+    return water_shows(&view, v, at_m, geo_rad(within_deg));
+}
+
+TEST(a_beam_shows_what_it_heard_on_the_way)
+{
+    begin_one();
+    for (int side = -1; side <= 1; side += 2) {
+        CHECK(shows(side * 9, 0, 8, 0) && !shows(side * 11, 0, 8, 0));
+        CHECK(shows(side * 11, 0, 8, 1.5) && !shows(side * 12, 0, 8, 1.5));
+        CHECK(shows(0, side * 9, 8, 0) && !shows(0, side * 11, 8, 1.5));
+    }
+    CHECK(!shows(180, 0, 8, 1) && !shows(180, 0, 8, 0));
+    CHECK(shows(0, 0, 49, 0) && !shows(0, 0, 51, 0)); /* a tenth of the way */
+    record.lever_m = 0.5;
+    CHECK(shows(0, 0, 54, 0) && !shows(0, 0, 56, 0));
+    record.lever_m = 0;
+    cells[0].most = 0; /* it is deaf, */
+    CHECK(!shows(0, 0, 8, 0));
+    cells[0].ends = 300; /* or has an echo */
+    CHECK(shows(0, 0, 29, 0) && !shows(0, 0, 31, 0));
+    cells[0].most = 400;
+    cells[0].ends = WATER_NO_END;
+    view.at_m[0] = 2; /* from where the vehicle is now, 2 m of the way are new */
+    CHECK(shows(0, 0, 2, 0) && shows(0, 0, 19, 0));
+    view.at_m[0] = 2.1;
+    CHECK(!shows(0, 0, 3, 0) && !shows(0, 0, 30, 0));
+    CHECK(shows(0, 0, 1.8, 0));
+}
+
+/* ---- all of it together, against points ---- */
+
+static uint64_t seed;
+
+static double between(double lo, double hi)
+{
+    return lo + (hi - lo) * test_uniform(&seed);
+}
+
+/* A wide image, and a way that crosses it anyhow. */
+static void draw_wide_world(void)
+{
+    begin(5, 3, 28, between(8, 15));
+    for (int i = 0; i < 15; i++)
+        cells[i].least = cells[i].most = (uint16_t)between(600, 900);
+    record.image.near_m = 0;
+    water_image_fill(&record.image, cells);
+    for (int i = 0; i < 3; i++)
+        view.at_m[i] = between(-3, 3);
+    aim(between(-180, 180), between(-60, 60), between(0, 0.4));
+}
+
+/* Some cells are free, some end, some do neither. */
+static void draw_narrow_world(void)
+{
+    begin(1 + (int)between(0, 12), 1 + (int)between(0, 3.99), between(2, 9), between(3, 12));
+    for (int i = 0; i < record.image.columns * record.image.rows; i++) {
+        const uint16_t most = between(0, 1) < 0.2 ? 0 : (uint16_t)between(300, 900);
+        const bool ends = most && between(0, 1) < 0.5;
+        cells[i] = (struct water_cell){
+            .from = (uint16_t)between(0, 90), .least = most, .most = most, .ends = ends ? most : WATER_NO_END};
+    }
+    record.image.near_m = 0;
+    water_image_fill(&record.image, cells);
+    for (int i = 0; i < 3; i++) {
+        view.at_m[i] = between(0, 1) < 0.3 ? 0 : between(-1, 1);
+        record.spread_m[i] = between(0, 1) < 0.5 ? 0 : between(0, 0.1);
+    }
+    if (between(0, 1) < 0.7) {
+        const double off_m = between(0, 0.1);
+        view.level_m = between(0, 0.3);
+        view.margin_m = off_m + view.level_m;
+        view.lift_m = off_m;
+        view.margin_rad = between(0, 0.05);
+        view.lift_rad = between(0, 1) * view.margin_rad;
+    }
+    aim(between(-1, 1) * record.image.columns * 4, between(-1, 1) * record.image.rows * 6, between(0.1, 4));
+}
+
+static void draw_world(void)
+{
+    if (between(0, 1) < 0.4)
+        draw_wide_world();
+    else
+        draw_narrow_world();
+}
+
+/* A point of the tile, from the sensor: ahead, right, up. */
+static void draw_point(double t_m, double p[3])
+{
+    double off[3], v[3];
+    for (int i = 0; i < 3; i++)
+        off[i] = between(-1, 1);
+    const double along = geo_dot(off, tile.v), aside = sqrt(geo_dot(off, off) - along * along);
+    const double far = tan(tile.half_rad * sqrt(between(0, 1)));
+    for (int i = 0; i < 3; i++)
+        v[i] = tile.v[i] + far * (off[i] - along * tile.v[i]) / aside;
+    for (int i = 0; i < 3; i++)
+        p[i] = (i < 2 ? 1 : -1) * (view.at_m[i] + t_m * v[i] / geo_length(v));
+}
+
+/* Where the sensor may have seen it: the vehicle had drifted level, and was elsewhere besides. */
+static void move_point(double p[3])
+{
+    const double to_rad = between(0, GEO_TURN), level_m = view.level_m * between(0, 1);
+    double ball[3];
+    for (int i = 0; i < 3; i++)
+        ball[i] = between(-1, 1);
+    const double share = view.lift_m * between(0, 1) / geo_length(ball);
+    p[0] += level_m * cos(to_rad) + share * ball[0];
+    p[1] += level_m * sin(to_rad) + share * ball[1];
+    p[2] += share * ball[2];
+}
+
+/* The cell that it then lies in, NULL: none, and how far from the sensor: its beams were turned, and sent beside it. */
+static const struct water_cell *see_point(const double p[3], double *range_m)
+{
+    const struct water_image *image = &record.image;
+    const double to_rad = between(0, GEO_TURN), level_m = hypot(p[0], p[1]), away_m = geo_length(p);
+    const double az_rad = atan2(p[1], p[0]) + view.margin_rad * cos(to_rad) +
+                          asin(fmin(record.spread_m[1] / level_m, 1)) * between(-1, 1),
+                 el_rad = atan2(p[2], level_m) + view.lift_rad * sin(to_rad) +
+                          asin(fmin(record.spread_m[2] / away_m, 1)) * between(-1, 1);
+    *range_m = away_m + record.spread_m[0] * between(-1, 1);
+    if (fabs(az_rad) > 1.5 || tan(az_rad) < tan_az[0] || tan(az_rad) > tan_az[image->columns] ||
+        tan(el_rad) < tan_el[0] || tan(el_rad) > tan_el[image->rows])
+        return NULL;
+    return &cells[water_image_find(tan_el, image->rows, tan(el_rad)) * image->columns +
+                  water_image_find(tan_az, image->columns, tan(az_rad))];
+}
+
+/* Free is what all cells have free that it may be in. What does not end is behind no echo, wherever it may be. */
+TEST(no_point_of_a_tile_is_told_what_its_cell_denies)
+{
+    int free = 0, not_free = 0, behind = 0, ended = 0;
+    seed = test_seed();
+    for (int world = 0; world < 3000; world++) {
+        draw_world();
+        const double from_m = between(0, 1) < 0.5 ? 0 : between(0, 3), to_m = between(4, 9);
+        water_decide(&view, &tile, from_m, to_m, &out);
+        for (int i = 0; i < out.n; i++)
+            for (int k = 0; k < 6; k++) {
+                const struct water_piece *piece = &out.piece[i];
+                double p[3], range_m;
+                draw_point(between(piece->from_m, piece->to_m), p);
+                move_point(p);
+                const struct water_cell *cell = see_point(p, &range_m);
+                const bool is_good =
+                    cell && range_m >= cell->from * WATER_UNIT_M && range_m <= cell->least * WATER_UNIT_M;
+                free += piece->says == WATER_FREE;
+                not_free += piece->says == WATER_FREE && !is_good;
+                ended += piece->says == WATER_ENDED;
+                behind += piece->says != WATER_ENDED && cell && cell->ends != WATER_NO_END &&
+                          range_m > cell->ends * WATER_UNIT_M;
+            }
+    }
+    CHECK_INT(not_free, 0);
+    CHECK_INT(behind, 0);
+    CHECK(free > 1000 && ended > 1000);
+}
+
+/* Ways that pass the sensor in any direction, of which no point is free above or below the image. */
+TEST(no_way_past_the_sensor_is_free_beyond_the_image)
+{
+    int free = 0, wrong = 0;
+    seed = test_seed();
+    begin(1, 1, 150, 16);
+    cells[0] = (struct water_cell){.from = 0, .least = 3000, .most = 3000, .ends = WATER_NO_END};
+    record.image.near_m = 0;
+    for (int world = 0; world < 2000; world++) {
+        const double from_m = between(0, 4), to_m = from_m + between(2, 12), side = world % 2 ? 1 : -1;
+        view.at_m[0] = between(0, 6);
+        view.at_m[1] = -side * between(3, 9);
+        view.at_m[2] = between(-1, 1);
+        aim(side * between(50, 130), between(-12, 12), 0);
+        water_decide(&view, &tile, from_m, to_m, &out);
+        for (int i = 0; i < out.n; i++)
+            for (int k = 0; k < 12 && out.piece[i].says == WATER_FREE; k++) {
+                double p[3];
+                draw_point(between(out.piece[i].from_m, out.piece[i].to_m), p);
+                free++;
+                wrong += p[0] <= 0 || fabs(p[1] / p[0]) > tan_az[1] || fabs(p[2] / hypot(p[0], p[1])) > tan_el[1];
+            }
+    }
+    CHECK_INT(wrong, 0);
+    CHECK(free > 5000);
+}
+
+/* Ranges are divided at the same places, however far one asks. */
+TEST(a_shorter_stretch_is_free_at_least_as_far)
+{
+    seed = test_seed();
+    for (int world = 0; world < 1000; world++) {
+        struct water_pieces all;
+        draw_world();
+        water_decide(&view, &tile, 0, 8, &all);
+        const double to_m = between(0.1, 8);
+        water_decide(&view, &tile, 0, to_m, &out);
+        for (int i = 0; i < all.n; i++)
+            for (int k = 0; k < out.n; k++) {
+                const double from_m = fmax(all.piece[i].from_m, out.piece[k].from_m),
+                             end_m = fmin(all.piece[i].to_m, out.piece[k].to_m);
+                CHECK(!(from_m < end_m) || all.piece[i].says != WATER_FREE || out.piece[k].says == WATER_FREE);
+            }
+    }
+}
+
+/* The steps of the grid that are asked for by themselves: a stretch is divided wherever that tells more of it. */
+TEST(nothing_is_lost_by_asking_for_a_long_stretch)
+{
+    long judged = 0, free = 0;
+    seed = test_seed();
+    for (int world = 0; world < 400; world++) {
+        struct water_pieces all;
+        draw_world();
+        const double step_m = tile.half_rad > 0.04   ? 4 * WATER_GRID_M
+                              : tile.half_rad > 0.02 ? 2 * WATER_GRID_M
+                              : tile.half_rad > 0.01 ? WATER_GRID_M
+                                                     : WATER_GRID_M / 4;
+        water_decide(&view, &tile, 0, 8, &all);
+        judged += all.judged;
+        for (int i = 0, n = 0; n * step_m < 8; n++) {
+            water_decide(&view, &tile, n * step_m, (n + 1) * step_m, &out);
+            while (i + 1 < all.n && all.piece[i].to_m <= n * step_m)
+                i++;
+            if (all.n == WATER_PIECES || out.piece[0].says == WATER_ENDED)
+                break;
+            free += out.piece[0].says == WATER_FREE;
+            CHECK(all.piece[i].says == out.piece[0].says);
+        }
+    }
+    CHECK(free > 1000);
+    CHECK(judged < 400 * 40);
+}
+
+int main(void)
+{
+    RUN(water_is_free_within_the_cell_and_its_ranges);
+    RUN(water_ends_where_it_may_touch_an_echo);
+    RUN(margins_of_place_make_free_water_smaller);
+    RUN(margins_of_direction_take_the_sides_alone);
+    RUN(level_drift_changes_how_steep_water_is_seen);
+    RUN(a_tile_begins_at_the_vehicle_and_lies_where_the_sensor_sees_it);
+    RUN(a_tile_that_comes_nearer_is_free_as_long_as_it_fits_in);
+    RUN(a_way_is_as_high_as_where_it_is_highest);
+    RUN(a_record_lies_as_its_sensor_lay);
+    RUN(a_wide_tile_beside_the_sensor_loses_range);
+    RUN(water_ends_where_there_are_too_many_pieces);
+    RUN(a_stretch_is_shortened_to_the_image);
+    RUN(an_image_covers_what_may_touch_it);
+    RUN(a_beam_shows_what_it_heard_on_the_way);
+    RUN(no_point_of_a_tile_is_told_what_its_cell_denies);
+    RUN(no_way_past_the_sensor_is_free_beyond_the_image);
+    RUN(a_shorter_stretch_is_free_at_least_as_far);
+    RUN(nothing_is_lost_by_asking_for_a_long_stretch);
+    return test_end();
+}

@@ -1,0 +1,298 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * test_newest - what a question takes from several records: of each stretch, the newest that says something of it; and
+ * what it answers with. Records are written by hand and small.
+ */
+#include "tests/lib/ask_free.h"
+#include "tests/lib/random.h"
+#include "tests/lib/test.h"
+
+#include "grid/geometry.h"
+#include "grid/water/ask.h"
+
+#define MOST    4
+#define COLUMNS 24
+#define ROWS    2
+
+static struct made {
+    struct water_record r;
+    double tan_az[COLUMNS + 1], tan_el[ROWS + 1];
+    struct water_cell cell[2 * COLUMNS * ROWS];
+} made[MOST];
+static struct water_view view[MOST];
+static int records;
+
+/* The next older one, of a sensor in the vehicle that looks north: free from 0.1 m on as far as that, and from there on
+ * ended if `ends`. Its cells are 5 degrees wide and 10 high. */
+static struct made *add(double to_m, bool ends)
+{
+    struct made *m = &made[records];
+    const uint16_t to = (uint16_t)lround(to_m / WATER_UNIT_M);
+    m->r = (struct water_record){.axis = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+                                 .t_ns = 1000 - 10 * (unsigned)records,
+                                 .newest_ns = 1000 - 10 * (unsigned)records,
+                                 .image = {.columns = COLUMNS, .rows = ROWS, .parts = 1, .near_m = 0.1}};
+    for (int i = 0; i <= COLUMNS; i++)
+        m->tan_az[i] = tan(geo_rad(5 * i - 60));
+    for (int i = 0; i <= ROWS; i++)
+        m->tan_el[i] = tan(geo_rad(10 * i - 10));
+    for (int i = 0; i < COLUMNS * ROWS; i++)
+        m->cell[i] = (struct water_cell){.from = 10, .least = to, .most = to, .ends = ends ? to : WATER_NO_END};
+    m->r.image.tan_az = m->tan_az;
+    m->r.image.tan_el = m->tan_el;
+    water_image_fill(&m->r.image, m->cell);
+    view[records] = (struct water_view){.record = &m->r};
+    records++;
+    return m;
+}
+
+static struct ask_answer ask_at(double az_deg, double half_deg, double near_m)
+{
+    struct ask_question q = {.kind = ASK_CONE, .near_m = near_m, .to_m = 9, .half_rad = geo_rad(half_deg)};
+    geo_direction(geo_rad(az_deg), 0, q.axis);
+    return ask_free(view, records, &q);
+}
+
+static double free_at(double az_deg)
+{
+    return ask_at(az_deg, 0.2, 0.5).free_to_m;
+}
+
+#define CHECK_FREE(az_deg, want_m)                                                                                \
+    do {                                                                                                          \
+        const double got_m = free_at(az_deg);                                                                     \
+        CHECK(got_m <= (want_m) + 1e-9 && got_m > (want_m)-0.1);                                                  \
+    } while (0)
+
+TEST(the_newest_record_that_says_something_counts)
+{
+    records = 0;
+    CHECK_FREE(0, 0.5); /* nobody says anything */
+    add(4, false);
+    CHECK_FREE(0, 4);
+    add(7, false); /* an older one goes on */
+    CHECK_FREE(0, 7);
+    records = 0;
+    add(4, true); /* an echo ends it, whatever older ones say */
+    add(7, false);
+    CHECK_FREE(0, 4);
+    records = 0;
+    add(7, false); /* the echo of an older one is none */
+    add(4, true);
+    CHECK_FREE(0, 7);
+    records = 0;
+    add(3, false);
+    add(5, true);
+    add(8, false);
+    CHECK_FREE(0, 5);
+    records = 0; /* one that is near leaves a gap, which another one fills, and a third one only in part */
+    struct made *m = add(9.5, false);
+    for (int i = 0; i < COLUMNS * ROWS; i++)
+        m->cell[i].from = 600;
+    water_image_fill(&m->r.image, m->cell);
+    CHECK_FREE(0, 0.5);
+    add(4, false);
+    CHECK_FREE(0, 4);
+    add(6.5, false);
+    CHECK_FREE(0, 9);
+}
+
+TEST(a_question_is_as_free_as_the_worst_of_it)
+{
+    records = 0;
+    struct made *m = add(8, false);
+    for (int row = 0; row < ROWS; row++)
+        m->cell[row * COLUMNS + 12].least = m->cell[row * COLUMNS + 12].most = 300; /* of 0 to 5 degrees */
+    water_image_fill(&m->r.image, m->cell);
+    CHECK_FREE(7, 8);
+    CHECK_FREE(2.5, 3);
+    CHECK_FREE(-2.5, 8);
+    const struct ask_answer a = ask_at(-5, 7, 0.5);
+    double az, el;
+    geo_angles(a.at, &az, &el);
+    CHECK(a.free_to_m <= 3 && a.free_to_m > 2.7);
+    CHECK(geo_deg(az) > -0.5 && geo_deg(az) < 2.5); /* there */
+    CHECK_NEAR(a.at_m, a.free_to_m, 0, 1e-9);
+    CHECK(geo_dot(a.at, tiles_cone(&a.tile).v) > 1 - 1e-9);
+    CHECK(ask_at(-10, 4, 0.5).free_to_m > 7.9);
+}
+
+TEST(an_answer_tells_the_records_that_it_rests_on)
+{
+    records = 0;
+    add(4, false);
+    add(3, false); /* says nothing more */
+    add(7, false);
+    struct ask_answer a = ask_at(0, 1, 0.5);
+    CHECK_INT(a.records, 2);
+    CHECK_INT(a.oldest, 2);
+    a = ask_at(120, 1, 0.5);
+    CHECK(a.records == 0 && a.oldest == -1 && a.free_to_m <= 0.5);
+    records = 0;
+    add(9.5, false);
+    a = ask_at(0, 1, 0.5);
+    CHECK(a.records == 1 && a.oldest == 0 && a.free_to_m == 9);
+    CHECK(a.at[0] == 0 && a.at[1] == 0 && a.at[2] == 0); /* so far as was asked */
+}
+
+/* A row of a head stands where its newest beam does. What another sensor received meanwhile may be newer than the beam
+ * that freed the water. */
+TEST(of_records_that_overlap_in_time_an_echo_of_either_counts)
+{
+    for (int kind = 0; kind < 4; kind++) {
+        records = 0;
+        struct made *row = add(8, false), *other = add(3, true);
+        row->r.t_ns = 500;
+        other->r.sensor = kind != 1;
+        other->r.newest_ns = kind == 2 ? 499 : 700;
+        other->r.t_ns = kind == 3 ? 400 : other->r.newest_ns;
+        CHECK_FREE(0, kind == 0 || kind == 3 ? 3 : 8);
+    }
+    records = 0; /* it frees nothing anew */
+    add(3, true)->r.t_ns = 500;
+    struct made *other = add(8, false);
+    other->r.sensor = 1;
+    other->r.newest_ns = other->r.t_ns = 700;
+    CHECK_FREE(0, 3);
+}
+
+/* Yes or no: to know that it is not free as far as that is enough. */
+TEST(a_question_of_yes_or_no_is_over_at_the_first_no)
+{
+    static struct ask ask;
+    records = 0;
+    add(3, true);
+    struct ask_question q = {.axis = {1}, .half_rad = 0.1, .near_m = 0.5, .to_m = 9, .stops = true};
+    CHECK(ask_free(view, records, &q).free_to_m < 9);
+    ask_begin(&ask, view, records, &q);
+    CHECK(!ask_step(&ask));
+    CHECK(ask.over);
+    q.to_m = 2.5;
+    CHECK(ask_free(view, records, &q).free_to_m >= 2.5);
+}
+
+/* A tile far away, where it is free, and where that ends. */
+TEST(where_a_tile_begins_to_be_free_is_known)
+{
+    static struct ask ask;
+    double v[3] = {1, 0, 0}, ends_m;
+    const struct tile_index tile = tiles_at(v, TILES_LEVELS - 1);
+    records = 0;
+    struct made *m = add(5, false);
+    for (int i = 0; i < COLUMNS * ROWS; i++)
+        m->cell[i].from = 200;
+    water_image_fill(&m->r.image, m->cell);
+    CHECK_NEAR(ask_begins_m(&ask, view, records, &tile, &(struct ask_stretch){0.5, 9}, &ends_m), 2, 0, 0.05);
+    CHECK(ends_m == INFINITY);
+    CHECK_NEAR(ask_begins_m(&ask, view, records, &tile, &(struct ask_stretch){3, 9}, &ends_m), 3, 0, 1e-9);
+    CHECK(ask_begins_m(&ask, view, records, &tile, &(struct ask_stretch){5.5, 9}, &ends_m) == INFINITY);
+    add(1, true);
+    CHECK(ask_begins_m(&ask, view, records, &tile, &(struct ask_stretch){0.5, 9}, &ends_m) <= 0.5);
+    CHECK(ask_begins_m(&ask, view, 0, &tile, &(struct ask_stretch){0.5, 9}, &ends_m) == INFINITY);
+}
+
+/* ---- against points ---- */
+
+static uint64_t seed;
+
+static double between(double lo, double hi)
+{
+    return lo + (hi - lo) * test_uniform(&seed);
+}
+
+static void draw_records(void)
+{
+    const int n = 1 + (int)between(0, MOST - 0.01);
+    records = 0;
+    while (records < n) {
+        struct made *m = add(9.5, false);
+        const double turned = between(-0.4, 0.4), c = cos(turned), s = sin(turned);
+        memcpy(m->r.axis, (double[3][3]){{c, s, 0}, {-s, c, 0}, {0, 0, 1}}, sizeof m->r.axis);
+        for (int i = 0; i < COLUMNS * ROWS; i++) {
+            const uint16_t to = between(0, 1) < 0.1 ? 0 : (uint16_t)between(200, 900);
+            const bool ends = to && between(0, 1) < 0.3;
+            m->cell[i] = (struct water_cell){to ? (uint16_t)between(0, 60) : 0, to, to, ends ? to : WATER_NO_END};
+        }
+        m->r.image.near_m = 0;
+        water_image_fill(&m->r.image, m->cell);
+        for (int k = 0; k < 2; k++)
+            view[records - 1].at_m[k] = between(-0.5, 0.5);
+    }
+}
+
+/* By the newest that says something of it; true: it is free. */
+static bool is_free_at(const double p[3])
+{
+    for (int i = 0; i < records; i++) {
+        const struct made *m = &made[i];
+        const double *at = view[i].at_m;
+        const double ahead = at[0] + geo_dot(p, m->r.axis[0]), right = at[1] + geo_dot(p, m->r.axis[1]),
+                     up = -p[2];
+        const double az = right / ahead, el = up / hypot(ahead, right),
+                     range_m = geo_length((double[3]){ahead, right, up});
+        if (ahead <= 0 || az < m->tan_az[0] || az > m->tan_az[COLUMNS] || el < m->tan_el[0] ||
+            el > m->tan_el[ROWS])
+            continue;
+        const struct water_cell *cell =
+            &m->cell[water_image_find(m->tan_el, ROWS, el) * COLUMNS + water_image_find(m->tan_az, COLUMNS, az)];
+        if (range_m >= cell->from * WATER_UNIT_M && range_m <= cell->least * WATER_UNIT_M)
+            return true;
+        if (cell->ends != WATER_NO_END && range_m > cell->ends * WATER_UNIT_M)
+            return false;
+    }
+    return false;
+}
+
+TEST(no_point_is_said_to_be_free_that_the_newest_record_denies)
+{
+    int points = 0, wrong = 0;
+    double said_m = 0, free_m = 0;
+    seed = test_seed();
+    for (int world = 0; world < 150; world++) {
+        draw_records();
+        for (int n = 0; n < 2; n++) {
+            const double half_deg = between(0.2, 4), az_deg = between(-50, 50);
+            struct ask_question q = {.near_m = 0.8, .to_m = 8, .half_rad = geo_rad(half_deg)};
+            geo_direction(geo_rad(az_deg), geo_rad(between(-6, 6)), q.axis);
+            const double to_m = ask_free(view, records, &q).free_to_m;
+            double least_m = q.to_m;
+            for (int k = 0; k < 30; k++) {
+                double v[3], p[3];
+                do
+                    geo_direction(geo_rad(az_deg + between(-1, 1) * half_deg),
+                                  asin(-q.axis[2]) + geo_rad(between(-1, 1) * half_deg), v);
+                while (geo_dot(v, q.axis) < cos(q.half_rad));
+                const double at_m = between(q.near_m, fmax(to_m, q.near_m));
+                for (int j = 0; j < 3; j++)
+                    p[j] = at_m * v[j];
+                points += to_m > q.near_m;
+                wrong += to_m > q.near_m && !is_free_at(p);
+                double far_m = q.near_m;
+                for (; far_m < least_m; far_m += 0.05) {
+                    for (int j = 0; j < 3; j++)
+                        p[j] = far_m * v[j];
+                    if (!is_free_at(p))
+                        break;
+                }
+                least_m = fmin(least_m, far_m);
+            }
+            said_m += to_m - q.near_m;
+            free_m += least_m - q.near_m;
+        }
+    }
+    printf("# %.0f of %.0f free metres said\n", said_m, free_m);
+    CHECK_INT(wrong, 0);
+    CHECK(points > 3000 && said_m > 0.8 * free_m);
+}
+
+int main(void)
+{
+    RUN(the_newest_record_that_says_something_counts);
+    RUN(a_question_is_as_free_as_the_worst_of_it);
+    RUN(an_answer_tells_the_records_that_it_rests_on);
+    RUN(of_records_that_overlap_in_time_an_echo_of_either_counts);
+    RUN(a_question_of_yes_or_no_is_over_at_the_first_no);
+    RUN(where_a_tile_begins_to_be_free_is_known);
+    RUN(no_point_is_said_to_be_free_that_the_newest_record_denies);
+    return test_end();
+}
