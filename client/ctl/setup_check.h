@@ -9,9 +9,9 @@
 #include "config/conf.h"
 
 /**
- * setup_check - text->name is the file to be: a drop-in of a configuration (FILE.d/NAME.conf, where FILE exists) is read
- * with FILE and the other drop-ins, anything else by itself. `fault` sees each fault as `sonard --check` words it.
- * False with faults.
+ * setup_check - text->name is the file to be: a drop-in of a configuration (FILE.d/NAME.conf, where FILE exists) is
+ * read with FILE and the other drop-ins, anything else by itself. `fault` sees each fault as `sonard --check` words
+ * it. False with faults.
  */
 bool setup_check(const struct conf_text *text, conf_fault_fn fault, void *fault_ctx);
 

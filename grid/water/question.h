@@ -47,8 +47,8 @@ struct ask_band {
 struct ask_question {
     enum ask_kind kind;
     double near_m; /* water nearer than this is not asked about; of a body 0: nor its own place */
-    /* by parts of the horizon, so far from the vehicle's vertical axis: from there on, >= 0, if that is nearer; NULL: no
-     * such. Stays until the end */
+    /* by parts of the horizon, so far from the vehicle's vertical axis: from there on, >= 0, if that is nearer; NULL:
+     * no such. Stays until the end */
     const double *level_m;
     double to_m;      /* how far, in the question's measure, > near_m of a cone; at most 600 */
     bool stops;       /* is it free as far as that? How far it is free otherwise does not matter */

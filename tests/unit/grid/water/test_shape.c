@@ -407,8 +407,9 @@ TEST(a_tile_is_in_the_sectors_that_it_touches)
     }
 }
 
-/* Tiles on the horizon are asked from where their part of it says, if that is nearer. */
-TEST(a_tile_on_the_horizon_is_asked_from_its_own_range)
+/* Tiles are asked from where their part of the horizon says, if that is nearer; and what stands upright there is
+ * farther along a ray that is not level. */
+TEST(a_tile_is_asked_from_the_range_of_its_part_of_the_horizon)
 {
     static double level_m[ASK_LEVEL];
     const double part_deg = 360.0 / ASK_LEVEL;
@@ -422,7 +423,9 @@ TEST(a_tile_on_the_horizon_is_asked_from_its_own_range)
         CHECK_STRETCH(az + 0.5 * part_deg, 0, 0.5, 5);
         CHECK_STRETCH(az + 1.5 * part_deg, 0, 0.1, 5);
         CHECK_STRETCH(az - 0.5 * part_deg, 0, 0.1, 5);
-        CHECK_STRETCH(az + 1.5 * part_deg, 1, 0.5, 5);
+        CHECK_STRETCH(az + 1.5 * part_deg, 60, 0.2, 5);
+        CHECK_STRETCH(az + 1.5 * part_deg, -85, 0.5, 5);
+        CHECK_STRETCH(az + 0.5 * part_deg, 60, 0.5, 5);
     }
     struct water_tile tile = thin(0.5 * part_deg, 1);
     struct ask_stretch s;
@@ -517,7 +520,7 @@ int main(void)
     RUN(a_body_that_stays_is_asked_about_around_it);
     RUN(a_cone_and_a_band_are_asked_within_their_rims);
     RUN(a_tile_is_in_the_sectors_that_it_touches);
-    RUN(a_tile_on_the_horizon_is_asked_from_its_own_range);
+    RUN(a_tile_is_asked_from_the_range_of_its_part_of_the_horizon);
     RUN(roots_that_are_far_from_a_question_are_not_asked);
     RUN(what_is_asked_first_is_in_the_question);
     return test_end();
