@@ -26,6 +26,7 @@ static double between(double lo, double hi)
 static struct sent {
     double at_m[3], axis[3][3];
     struct beam_echoes beam;
+    uint64_t t_ns;
 } sent[PINGS];
 static int n_sent;
 
@@ -62,6 +63,7 @@ static struct beam_echoes draw_beam(double az_rad, double el_rad, bool nested)
 static void note(struct sent *s, const struct beam_echoes *b, const struct water_record *at)
 {
     s->beam = *b;
+    s->t_ns = at->t_ns;
     memcpy(s->at_m, at->place_m, sizeof s->at_m);
     const double c = cos((double)b->az_rad), d = sin((double)b->az_rad);
     for (int k = 0; k < 3; k++) {
@@ -97,7 +99,8 @@ static void draw_ping(bool matrix, bool nested)
 /* A head on a vehicle that goes and rolls. */
 static void sail(bool nested)
 {
-    const double step_deg = between(0.8, 4), wide_deg = step_deg * between(0.9, 3),
+    const double step_deg = between(0.8, 4),
+                 wide_deg = step_deg * (between(0, 1) < 0.5 ? between(1, 1.2) : between(0.9, 3)),
                  sense = between(0, 1) < 0.5 ? -1 : 1;
     const double first_deg = between(0, 360), look_el = between(0, 1) < 0.7 ? 0 : between(-0.4, 0.4);
     const bool goes = between(0, 1) < 0.8, rolls = between(0, 1) < 0.5;
@@ -198,7 +201,8 @@ static int wrong_points(const struct water_view *view, double seam, int *points)
     decide(view, &tile, &out);
     for (int m = 0; m < out.n; m++)
         for (int r = 0; r < 4 && out.piece[m].says == WATER_FREE; r++) {
-            const double t_m = between(out.piece[m].from_m, out.piece[m].to_m);
+            const double share = r < 2 ? between(0, 0.05) : between(0, 1);
+            const double t_m = out.piece[m].from_m + share * (out.piece[m].to_m - out.piece[m].from_m);
             double p[3];
             for (int j = 0; j < 3; j++)
                 p[j] = pose.position_m[j] + t_m * tile.v[j];
@@ -222,6 +226,40 @@ TEST(what_a_row_has_free_some_beam_passed)
     }
     CHECK_INT(wrong, 0);
     CHECK(points > 5000);
+}
+
+/* As the vehicle sees the place now, in each row that has the beam. */
+TEST(behind_the_echo_of_a_beam_its_row_ends)
+{
+    static struct water_view view[ASK_RECORDS];
+    int echoes = 0, late = 0;
+    seed = test_seed();
+    for (int world = 0; world < 60; world++) {
+        sail(world % 3 == 0);
+        const int n = look(view);
+        for (int i = 0; i < n; i++)
+            for (int k = 0; k < n_sent; k++) {
+                const struct sent *s = &sent[k];
+                const double el = (double)s->beam.el_rad, to_m = (double)s->beam.free_to_m;
+                if (!s->beam.n || to_m <= 0 || s->t_ns < view[i].record->t_ns ||
+                    s->t_ns > view[i].record->newest_ns)
+                    continue;
+                struct water_tile tile = {.half_rad = 0};
+                struct water_pieces out;
+                for (int j = 0; j < 3; j++)
+                    tile.v[j] = s->at_m[j] - pose.position_m[j] +
+                                (to_m + 0.02) * (cos(el) * s->axis[0][j] - sin(el) * s->axis[2][j]);
+                const double there_m = geo_length(tile.v);
+                for (int j = 0; j < 3; j++)
+                    tile.v[j] /= there_m;
+                water_decide(&view[i], &tile, 0.2, there_m + 0.5, &out);
+                const struct water_piece *last = &out.piece[out.n - 1];
+                echoes++;
+                late += last->says != WATER_ENDED || last->from_m > there_m;
+            }
+    }
+    CHECK_INT(late, 0);
+    CHECK(echoes > 1000);
 }
 
 TEST(what_one_ping_has_free_its_beams_detect)
@@ -273,6 +311,7 @@ TEST(on_a_beams_axis_water_is_as_the_beam_says)
 int main(void)
 {
     RUN(what_a_row_has_free_some_beam_passed);
+    RUN(behind_the_echo_of_a_beam_its_row_ends);
     RUN(what_one_ping_has_free_its_beams_detect);
     RUN(on_a_beams_axis_water_is_as_the_beam_says);
     return test_end();

@@ -132,6 +132,44 @@ TEST(the_last_beams_of_a_head_are_a_row_that_is_kept_every_sixth)
     CHECK(free_at(55, 0) <= START_M);
 }
 
+/* What was uncertain when its first beam was sent is so of all of it. */
+TEST(a_row_is_as_old_as_its_oldest_beam)
+{
+    begin(1, 2.5);
+    for (int i = 0; i < 6; i++) {
+        pose.path_m = 3 + 0.01 * i;
+        pose.drift_m[0] = 1 + 0.001 * i;
+        pose.drift_m[1] = 2 + 0.001 * i;
+        pose.uncertain_m = 0.01 * (i == 2);
+        pose.uncertain_rad = 0.02 * (i == 3);
+        send_at(2 * i);
+    }
+    const struct water_record *r = newest(0);
+    CHECK_INT(r->newest_ns - r->t_ns, 5 * TICK);
+    CHECK_NEAR(r->path_m, 3, 1e-9, 0);
+    CHECK_NEAR(r->drift_m[0], 1, 1e-9, 0);
+    CHECK_NEAR(r->drift_m[1], 2, 1e-9, 0);
+    CHECK_NEAR(r->uncertain_m, 0.01, 1e-9, 0);
+    CHECK_NEAR(r->tilt_rad, 0.02, 1e-6, 0);
+    CHECK_INT(r->sense, 1);
+}
+
+/* The vehicle may have drifted from one beam to the next: nearer than where they overlap by that nothing is free, be it
+ * level or in depth. */
+TEST(drift_between_beams_moves_where_they_overlap)
+{
+    for (int part = 0; part < 2; part++) {
+        begin(1, 2.5);
+        for (int i = 0; i < 9; i++) {
+            pose.drift_m[part] = 0.02 * i;
+            send_at(2 * i);
+        }
+        const double join_m = 0.02 / sin(geo_rad(0.5));
+        const struct water_cell *cell = &newest(0)->image.cell[2 * newest(0)->image.columns + 3];
+        CHECK_NEAR(cell->from * WATER_UNIT_M, join_m, 0.03, 0);
+    }
+}
+
 /* However few of them lie within the width of a row. */
 TEST(no_beam_of_a_head_of_long_steps_is_left_out)
 {
@@ -839,6 +877,8 @@ int main(void)
     RUN(memory_is_bounded);
     RUN(a_ping_that_alone_shows_an_echo_is_kept);
     RUN(the_last_beams_of_a_head_are_a_row_that_is_kept_every_sixth);
+    RUN(a_row_is_as_old_as_its_oldest_beam);
+    RUN(drift_between_beams_moves_where_they_overlap);
     RUN(no_beam_of_a_head_of_long_steps_is_left_out);
     RUN(a_row_goes_round_north_and_back);
     RUN(where_pings_are_lost_a_row_says_nothing);
