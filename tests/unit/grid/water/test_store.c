@@ -155,18 +155,27 @@ TEST(a_row_is_as_old_as_its_oldest_beam)
 }
 
 /* The vehicle may have drifted from one beam to the next: nearer than where they overlap by that nothing is free, be it
- * level or in depth. */
+ * level or in depth, whichever way the head turns; where beams reach high and are tilted against each other they
+ * overlap less. */
 TEST(drift_between_beams_moves_where_they_overlap)
 {
-    for (int part = 0; part < 2; part++) {
+    static const double high_deg[ROW_ROWS] = {12.5, 8.75, 3.125, 8.75, 12.5};
+    for (int kind = 0; kind < 8; kind++) {
+        const int part = kind % 2, sense = kind & 2 ? -1 : 1;
+        const double tilt_rad = kind & 4 ? 0.01 : 0;
         begin(1, 2.5);
         for (int i = 0; i < 9; i++) {
             pose.drift_m[part] = 0.02 * i;
-            send_at(2 * i);
+            quat_from_rpy(i % 2 ? tilt_rad : 0, 0, 0, pose.attitude);
+            send_at(sense * 2 * (i - 4));
         }
-        const double join_m = 0.02 / sin(geo_rad(0.5));
-        const struct water_cell *cell = &newest(0)->image.cell[2 * newest(0)->image.columns + 3];
-        CHECK_NEAR(cell->from * WATER_UNIT_M, join_m, 0.03, 0);
+        const struct water_image *image = &newest(0)->image;
+        for (int row = 0; row < ROW_ROWS; row++)
+            for (int column = 0; column < image->columns; column++) {
+                const double high = geo_rad(high_deg[row]), over = geo_rad(0.5) - tilt_rad * tan(high);
+                CHECK_NEAR(image->cell[row * image->columns + column].from * WATER_UNIT_M,
+                           0.02 / (sin(over) * cos(high)), 0.03, 0);
+            }
     }
 }
 
