@@ -553,6 +553,65 @@ TEST(water_of_a_sensor_that_leans_is_uncertain_up_and_down)
     }
 }
 
+/* Each step of the way since went wrong by what the heading has drifted since the record before it. */
+TEST(water_strays_by_the_heading_on_the_way_since)
+{
+    static struct water_view view[ASK_RECORDS];
+    begin(9, 3);
+    send();
+    ping.t_ns += 2 * SECOND - TICK;
+    pose.path_m = 4;
+    send();
+    ping.t_ns += 3 * SECOND;
+    pose.path_m = 10;
+    pose.heading_radps = 0.01;
+    CHECK_INT(look(view), 2);
+    const double newer_m = 0.01 * 3 * (10 - 4), older_m = newer_m + 0.01 * 5 * 4;
+    CHECK_NEAR(view[0].margin_m, POSE_WAY_ERROR * 6 + newer_m, 1e-6, 0);
+    CHECK_NEAR(view[1].margin_m, POSE_WAY_ERROR * 10 + older_m, 1e-6, 0);
+    ping.t_ns += 500 * SECOND; /* no farther than straight back */
+    const struct store_now now = {.now_ns = ping.t_ns, .pose = &pose, .clear_for_s = 1000, .move_limit_m = 90};
+    CHECK_INT(store_view(store, &now, view), 2);
+    CHECK_NEAR(view[0].margin_m, POSE_WAY_ERROR * 6 + 2 * 6, 1e-6, 0);
+}
+
+/* What is forgotten counts from the vehicle, and a sensor may look from its side. */
+TEST(what_is_kept_counts_from_the_vehicle)
+{
+    static const struct mount arm = {.attitude = {1, 0, 0, 0}, .position_m = {0, 0.8, 0}};
+    static struct water_view view[ASK_RECORDS];
+    begin(9, 3);
+    ping.pose = pose;
+    store_enter(store, &ping, &arm);
+    struct store_now now = {
+        .now_ns = ping.t_ns, .pose = &pose, .clear_for_s = 30, .move_limit_m = 20, .keeps_m = 6};
+    CHECK_INT(store_view(store, &now, view), 1);
+    CHECK_NEAR(view[0].keeps_m, 5.2, 1e-6, 0);
+    now.keeps_m = 0.5;
+    CHECK(store_view(store, &now, view) == 1 && view[0].keeps_m > 0 && view[0].keeps_m < 0.1);
+}
+
+/* An echo in a record for which there was no room may have ended it: of its own sonar since its newest beam, of another
+ * one since its oldest. */
+TEST(water_is_doubted_since_a_record_was_lost)
+{
+    static struct water_view view[ASK_RECORDS];
+    begin(1, 2.5);
+    for (int i = 0; i < 6; i++)
+        send_at(2 * i);
+    const struct store_now now = {.now_ns = ping.t_ns, .pose = &pose, .clear_for_s = 30, .move_limit_m = 20};
+    for (int sensor = 0; sensor < 2; sensor++)
+        for (int when = 0; when < 3; when++) {
+            struct store_list list;
+            store_list(store, &list);
+            list.gone_ns[sensor] = when == 0   ? newest(0)->t_ns
+                                   : when == 1 ? newest(0)->newest_ns
+                                               : newest(0)->newest_ns + 1;
+            CHECK_INT(store_look(store, &list, &now, view), 1);
+            CHECK(view[0].lost == (when == 2 || (when == 1 && sensor == 1)));
+        }
+}
+
 TEST(what_is_no_ping_of_a_sonar_is_left_alone)
 {
     for (int kind = 0; kind < 3; kind++) {
@@ -906,6 +965,9 @@ int main(void)
     RUN(water_is_as_uncertain_as_all_that_moved_it);
     RUN(water_is_as_uncertain_as_all_that_turned_it);
     RUN(water_of_a_sensor_that_leans_is_uncertain_up_and_down);
+    RUN(water_strays_by_the_heading_on_the_way_since);
+    RUN(what_is_kept_counts_from_the_vehicle);
+    RUN(water_is_doubted_since_a_record_was_lost);
     RUN(what_is_no_ping_of_a_sonar_is_left_alone);
     RUN(small_steps_between_pings_are_no_jump);
     RUN(without_an_attitude_water_lies_in_the_bodys_axes);
