@@ -156,6 +156,31 @@ TEST(of_records_that_overlap_in_time_an_echo_of_either_counts)
     CHECK_FREE(0, 3);
 }
 
+/* Behind many records that lie elsewhere. */
+TEST(each_of_many_records_is_asked)
+{
+    static struct water_view many[ASK_RECORDS];
+    struct ask_question q = {.axis = {1}, .half_rad = 0.02, .near_m = 0.5, .to_m = 9};
+    records = 0;
+    struct made *away = add(9, true), *free = add(7, false), *ends = add(3, true);
+    away->r.axis[0][0] = away->r.axis[1][1] = -1; /* it looks back */
+    away->r.t_ns = away->r.newest_ns = 2000;
+    ends->r.sensor = 1;
+    ends->r.newest_ns = ends->r.t_ns = 700;
+    for (int n = 60; n < 200; n++) {
+        for (int i = 0; i < n; i++)
+            many[i] = view[0];
+        many[n] = view[1];
+        free->r.t_ns = 800;
+        many[n + 1] = view[2];
+        struct ask_answer a = ask_free(many, n + 2, &q);
+        CHECK(a.free_to_m <= 7 && a.free_to_m > 6.9);
+        CHECK(a.records == 1 && a.oldest == n);
+        free->r.t_ns = 600; /* what ends was received meanwhile */
+        CHECK(ask_free(many, n + 2, &q).free_to_m <= 3);
+    }
+}
+
 /* Yes or no: to know that it is not free as far as that is enough. */
 TEST(a_question_of_yes_or_no_is_over_at_the_first_no)
 {
@@ -291,6 +316,7 @@ int main(void)
     RUN(a_question_is_as_free_as_the_worst_of_it);
     RUN(an_answer_tells_the_records_that_it_rests_on);
     RUN(of_records_that_overlap_in_time_an_echo_of_either_counts);
+    RUN(each_of_many_records_is_asked);
     RUN(a_question_of_yes_or_no_is_over_at_the_first_no);
     RUN(where_a_tile_begins_to_be_free_is_known);
     RUN(no_point_is_said_to_be_free_that_the_newest_record_denies);

@@ -9,12 +9,13 @@
 #include "grid/geometry.h"
 #include "grid/water/store.h"
 
-#define PINGS 40 /* or beams of one */
+#define PINGS 40
+#define BEAMS 100 /* of one ping, at most */
 
 static uint64_t seed;
 static struct store *store;
 static struct pose pose;
-static struct beam_echoes beam, beams[PINGS];
+static struct beam_echoes beam, beams[BEAMS];
 static struct echoes ping;
 
 static double between(double lo, double hi)
@@ -26,12 +27,13 @@ static double between(double lo, double hi)
 static struct sent {
     double at_m[3], axis[3][3];
     struct beam_echoes beam;
-} sent[PINGS];
+    uint64_t t_ns;
+} sent[BEAMS];
 static int n_sent;
 
 static void begin(uint16_t n)
 {
-    static const struct store_conf conf = {.beams = {PINGS}, .spare = 1};
+    static const struct store_conf conf = {.beams = {BEAMS}, .spare = 1};
     static void *memory;
     memory = memory ? memory : malloc(store_bytes(&conf));
     store = store_init(memory, &conf);
@@ -42,12 +44,12 @@ static void begin(uint16_t n)
 }
 
 /* What a beam detects off its axis may be less. */
-static struct beam_echoes draw_beam(double az_rad, double el_rad, bool nested)
+static struct beam_echoes draw_beam(double az_rad, double el_rad, bool nested, double echoes)
 {
     const double free_m = between(0, 1) < 0.1 ? 0 : between(3, 9);
     struct beam_echoes b = {.az_rad = (float)geo_wrap(az_rad),
                             .el_rad = (float)el_rad,
-                            .n = between(0, 1) < 0.5,
+                            .n = between(0, 1) < echoes,
                             .blind_m = (float)between(0.1, 0.6),
                             .free_to_m = (float)free_m};
     if (nested) {
@@ -62,6 +64,7 @@ static struct beam_echoes draw_beam(double az_rad, double el_rad, bool nested)
 static void note(struct sent *s, const struct beam_echoes *b, const struct water_record *at)
 {
     s->beam = *b;
+    s->t_ns = at->t_ns;
     memcpy(s->at_m, at->place_m, sizeof s->at_m);
     const double c = cos((double)b->az_rad), d = sin((double)b->az_rad);
     for (int k = 0; k < 3; k++) {
@@ -74,9 +77,15 @@ static void note(struct sent *s, const struct beam_echoes *b, const struct water
 /* A fan or a matrix, with beams that overlap, that touch or that leave gaps. */
 static void draw_ping(bool matrix, bool nested)
 {
-    const int columns = matrix ? 5 : 3 + (int)between(0, 20), rows = matrix ? 4 : 1;
-    const double wide_deg = between(1, 5), high_deg = between(4, 14), step_deg = wide_deg * between(0.4, 1.3),
+    const bool many = !matrix && between(0, 1) < 0.2; /* for columns of their own */
+    const int columns = matrix ? 5
+                        : many ? 88 + (int)between(0, 10)
+                               : 3 + (int)between(0, 20),
+              rows = matrix ? 4 : 1;
+    const double wide_deg = many ? between(1, 2) : between(1, 5), high_deg = between(4, 14),
+                 step_deg = fmin(wide_deg * between(0.4, 1.3), many ? 1.6 : 7),
                  row_deg = high_deg * between(0.4, 1.3), look_el = matrix ? 0 : geo_rad(between(-20, 20));
+    const double echoes = floor(between(0, 3)) / 2; /* in none of them, some or all */
     begin((uint16_t)(columns * rows));
     ping.az_aperture_rad = (float)geo_rad(wide_deg);
     ping.el_aperture_rad = (float)geo_rad(high_deg);
@@ -88,7 +97,7 @@ static void draw_ping(bool matrix, bool nested)
     for (n_sent = 0; n_sent < columns * rows; n_sent++) {
         const double az_deg = (n_sent % columns - columns / 2.0) * step_deg,
                      el_deg = (n_sent / columns - rows / 2.0) * row_deg;
-        beams[n_sent] = draw_beam(geo_rad(az_deg), matrix ? geo_rad(el_deg) : look_el, nested);
+        beams[n_sent] = draw_beam(geo_rad(az_deg), matrix ? geo_rad(el_deg) : look_el, nested, echoes);
         note(&sent[n_sent], &beams[n_sent], &at);
     }
     store_enter(store, &ping, &mount_identity);
@@ -97,7 +106,8 @@ static void draw_ping(bool matrix, bool nested)
 /* A head on a vehicle that goes and rolls. */
 static void sail(bool nested)
 {
-    const double step_deg = between(0.8, 4), wide_deg = step_deg * between(0.9, 3),
+    const double step_deg = between(0.8, 4),
+                 wide_deg = step_deg * (between(0, 1) < 0.5 ? between(1, 1.2) : between(0.9, 3)),
                  sense = between(0, 1) < 0.5 ? -1 : 1;
     const double first_deg = between(0, 360), look_el = between(0, 1) < 0.7 ? 0 : between(-0.4, 0.4);
     const bool goes = between(0, 1) < 0.8, rolls = between(0, 1) < 0.5;
@@ -109,7 +119,7 @@ static void sail(bool nested)
     ping.az_aperture_rad = (float)geo_rad(wide_deg);
     ping.el_aperture_rad = (float)geo_rad(between(10, 40));
     for (n_sent = 0; n_sent < PINGS; n_sent++) {
-        beam = draw_beam(geo_rad(first_deg + sense * step_deg * n_sent), look_el, nested);
+        beam = draw_beam(geo_rad(first_deg + sense * step_deg * n_sent), look_el, nested, 0.5);
         for (int k = 0; k < 3; k++) {
             pose.position_m[k] += goes ? way_m[k] : 0;
             rpy[k] += rolls ? between(-1, 1) * geo_rad(0.3) : 0;
@@ -198,7 +208,8 @@ static int wrong_points(const struct water_view *view, double seam, int *points)
     decide(view, &tile, &out);
     for (int m = 0; m < out.n; m++)
         for (int r = 0; r < 4 && out.piece[m].says == WATER_FREE; r++) {
-            const double t_m = between(out.piece[m].from_m, out.piece[m].to_m);
+            const double share = r < 2 ? between(0, 0.05) : between(0, 1);
+            const double t_m = out.piece[m].from_m + share * (out.piece[m].to_m - out.piece[m].from_m);
             double p[3];
             for (int j = 0; j < 3; j++)
                 p[j] = pose.position_m[j] + t_m * tile.v[j];
@@ -224,6 +235,40 @@ TEST(what_a_row_has_free_some_beam_passed)
     CHECK(points > 5000);
 }
 
+/* As the vehicle sees the place now, in each row that has the beam. */
+TEST(behind_the_echo_of_a_beam_its_row_ends)
+{
+    static struct water_view view[ASK_RECORDS];
+    int echoes = 0, late = 0;
+    seed = test_seed();
+    for (int world = 0; world < 60; world++) {
+        sail(world % 3 == 0);
+        const int n = look(view);
+        for (int i = 0; i < n; i++)
+            for (int k = 0; k < n_sent; k++) {
+                const struct sent *s = &sent[k];
+                const double el = (double)s->beam.el_rad, to_m = (double)s->beam.free_to_m;
+                if (!s->beam.n || to_m <= 0 || s->t_ns < view[i].record->t_ns ||
+                    s->t_ns > view[i].record->newest_ns)
+                    continue;
+                struct water_tile tile = {.half_rad = 0};
+                struct water_pieces out;
+                for (int j = 0; j < 3; j++)
+                    tile.v[j] = s->at_m[j] - pose.position_m[j] +
+                                (to_m + 0.02) * (cos(el) * s->axis[0][j] - sin(el) * s->axis[2][j]);
+                const double there_m = geo_length(tile.v);
+                for (int j = 0; j < 3; j++)
+                    tile.v[j] /= there_m;
+                water_decide(&view[i], &tile, 0.2, there_m + 0.5, &out);
+                const struct water_piece *last = &out.piece[out.n - 1];
+                echoes++;
+                late += last->says != WATER_ENDED || last->from_m > there_m;
+            }
+    }
+    CHECK_INT(late, 0);
+    CHECK(echoes > 1000);
+}
+
 TEST(what_one_ping_has_free_its_beams_detect)
 {
     static struct water_view view[ASK_RECORDS];
@@ -231,7 +276,11 @@ TEST(what_one_ping_has_free_its_beams_detect)
     seed = test_seed();
     for (int world = 0; world < 400; world++) {
         draw_ping(world % 2, world % 4 < 2);
+        bool echoes = false;
+        for (int i = 0; i < n_sent; i++)
+            echoes = echoes || beams[i].n > 0;
         CHECK_INT(look(view), 1);
+        CHECK(view[0].record->echoes == echoes);
         for (int k = 0; k < 40; k++)
             wrong += wrong_points(&view[0], 1 + 1e-3, &points);
     }
@@ -245,9 +294,9 @@ TEST(on_a_beams_axis_water_is_as_the_beam_says)
     static struct water_view view[ASK_RECORDS];
     seed = test_seed();
     for (int world = 0; world < 100; world++) {
-        draw_ping(world % 2, world % 4 == 0); /* parts of a matrix' beams are as small as there is room for */
+        draw_ping(world % 2, world % 4 == 0); /* parts of many beams are as small as there is room for */
         look(view);
-        for (int i = 0; i < n_sent; i++) {
+        for (int i = 0; i < n_sent && n_sent < 80; i++) {
             const struct beam_echoes *b = &sent[i].beam;
             const double el = (double)b->el_rad, start_m = 0.09;
             struct water_tile tile = {.half_rad = 0};
@@ -273,6 +322,7 @@ TEST(on_a_beams_axis_water_is_as_the_beam_says)
 int main(void)
 {
     RUN(what_a_row_has_free_some_beam_passed);
+    RUN(behind_the_echo_of_a_beam_its_row_ends);
     RUN(what_one_ping_has_free_its_beams_detect);
     RUN(on_a_beams_axis_water_is_as_the_beam_says);
     return test_end();

@@ -197,6 +197,53 @@ TEST(the_last_beams_of_a_head_are_a_row_that_is_kept_every_sixth)
     CHECK(free_at(55, 0) <= START_M);
 }
 
+/* What was uncertain when its first beam was sent is so of all of it. */
+TEST(a_row_is_as_old_as_its_oldest_beam)
+{
+    begin(1, 2.5);
+    for (int i = 0; i < 6; i++) {
+        pose.path_m = 3 + 0.01 * i;
+        pose.drift_m[0] = 1 + 0.001 * i;
+        pose.drift_m[1] = 2 + 0.001 * i;
+        pose.uncertain_m = 0.01 * (i == 2);
+        pose.uncertain_rad = 0.02 * (i == 3);
+        send_at(2 * i);
+    }
+    const struct water_record *r = newest(0);
+    CHECK_INT(r->newest_ns - r->t_ns, 5 * TICK);
+    CHECK_NEAR(r->path_m, 3, 1e-9, 0);
+    CHECK_NEAR(r->drift_m[0], 1, 1e-9, 0);
+    CHECK_NEAR(r->drift_m[1], 2, 1e-9, 0);
+    CHECK_NEAR(r->uncertain_m, 0.01, 1e-9, 0);
+    CHECK_NEAR(r->tilt_rad, 0.02, 1e-6, 0);
+    CHECK_INT(r->sense, 1);
+}
+
+/* The vehicle may have drifted from one beam to the next: nearer than where they overlap by that nothing is free, be it
+ * level or in depth, whichever way the head turns; where beams reach high and are tilted against each other they
+ * overlap less. */
+TEST(drift_between_beams_moves_where_they_overlap)
+{
+    static const double high_deg[ROW_ROWS] = {12.5, 8.75, 3.125, 8.75, 12.5};
+    for (int kind = 0; kind < 8; kind++) {
+        const int part = kind % 2, sense = kind & 2 ? -1 : 1;
+        const double tilt_rad = kind & 4 ? 0.01 : 0;
+        begin(1, 2.5);
+        for (int i = 0; i < 9; i++) {
+            pose.drift_m[part] = 0.02 * i;
+            quat_from_rpy(i % 2 ? tilt_rad : 0, 0, 0, pose.attitude);
+            send_at(sense * 2 * (i - 4));
+        }
+        const struct water_image *image = &newest(0)->image;
+        for (int row = 0; row < ROW_ROWS; row++)
+            for (int column = 0; column < image->columns; column++) {
+                const double high = geo_rad(high_deg[row]), over = geo_rad(0.5) - tilt_rad * tan(high);
+                CHECK_NEAR(image->cell[row * image->columns + column].from * WATER_UNIT_M,
+                           0.02 / (sin(over) * cos(high)), 0.03, 0);
+            }
+    }
+}
+
 /* However few of them lie within the width of a row. */
 TEST(no_beam_of_a_head_of_long_steps_is_left_out)
 {
@@ -571,6 +618,65 @@ TEST(water_of_a_sensor_that_leans_is_uncertain_up_and_down)
     }
 }
 
+/* Each step of the way since went wrong by what the heading has drifted since the record before it. */
+TEST(water_strays_by_the_heading_on_the_way_since)
+{
+    static struct water_view view[ASK_RECORDS];
+    begin(9, 3);
+    send();
+    ping.t_ns += 2 * SECOND - TICK;
+    pose.path_m = 4;
+    send();
+    ping.t_ns += 3 * SECOND;
+    pose.path_m = 10;
+    pose.heading_radps = 0.01;
+    CHECK_INT(look(view), 2);
+    const double newer_m = 0.01 * 3 * (10 - 4), older_m = newer_m + 0.01 * 5 * 4;
+    CHECK_NEAR(view[0].margin_m, POSE_WAY_ERROR * 6 + newer_m, 1e-6, 0);
+    CHECK_NEAR(view[1].margin_m, POSE_WAY_ERROR * 10 + older_m, 1e-6, 0);
+    ping.t_ns += 500 * SECOND; /* no farther than straight back */
+    const struct store_now now = {.now_ns = ping.t_ns, .pose = &pose, .clear_for_s = 1000, .move_limit_m = 90};
+    CHECK_INT(store_view(store, &now, view), 2);
+    CHECK_NEAR(view[0].margin_m, POSE_WAY_ERROR * 6 + 2 * 6, 1e-6, 0);
+}
+
+/* What is forgotten counts from the vehicle, and a sensor may look from its side. */
+TEST(what_is_kept_counts_from_the_vehicle)
+{
+    static const struct mount arm = {.attitude = {1, 0, 0, 0}, .position_m = {0, 0.8, 0}};
+    static struct water_view view[ASK_RECORDS];
+    begin(9, 3);
+    ping.pose = pose;
+    store_enter(store, &ping, &arm);
+    struct store_now now = {
+        .now_ns = ping.t_ns, .pose = &pose, .clear_for_s = 30, .move_limit_m = 20, .keeps_m = 6};
+    CHECK_INT(store_view(store, &now, view), 1);
+    CHECK_NEAR(view[0].keeps_m, 5.2, 1e-6, 0);
+    now.keeps_m = 0.5;
+    CHECK(store_view(store, &now, view) == 1 && view[0].keeps_m > 0 && view[0].keeps_m < 0.1);
+}
+
+/* An echo in a record for which there was no room may have ended it: of its own sonar since its newest beam, of another
+ * one since its oldest. */
+TEST(water_is_doubted_since_a_record_was_lost)
+{
+    static struct water_view view[ASK_RECORDS];
+    begin(1, 2.5);
+    for (int i = 0; i < 6; i++)
+        send_at(2 * i);
+    const struct store_now now = {.now_ns = ping.t_ns, .pose = &pose, .clear_for_s = 30, .move_limit_m = 20};
+    for (int sensor = 0; sensor < 2; sensor++)
+        for (int when = 0; when < 3; when++) {
+            struct store_list list;
+            store_list(store, &list);
+            list.gone_ns[sensor] = when == 0   ? newest(0)->t_ns
+                                   : when == 1 ? newest(0)->newest_ns
+                                               : newest(0)->newest_ns + 1;
+            CHECK_INT(store_look(store, &list, &now, view), 1);
+            CHECK(view[0].lost == (when == 2 || (when == 1 && sensor == 1)));
+        }
+}
+
 TEST(what_is_no_ping_of_a_sonar_is_left_alone)
 {
     for (int kind = 0; kind < 3; kind++) {
@@ -925,6 +1031,8 @@ int main(void)
     RUN(memory_is_bounded);
     RUN(a_ping_that_alone_shows_an_echo_is_kept);
     RUN(the_last_beams_of_a_head_are_a_row_that_is_kept_every_sixth);
+    RUN(a_row_is_as_old_as_its_oldest_beam);
+    RUN(drift_between_beams_moves_where_they_overlap);
     RUN(no_beam_of_a_head_of_long_steps_is_left_out);
     RUN(a_row_goes_round_north_and_back);
     RUN(where_pings_are_lost_a_row_says_nothing);
@@ -943,6 +1051,9 @@ int main(void)
     RUN(water_is_as_uncertain_as_all_that_moved_it);
     RUN(water_is_as_uncertain_as_all_that_turned_it);
     RUN(water_of_a_sensor_that_leans_is_uncertain_up_and_down);
+    RUN(water_strays_by_the_heading_on_the_way_since);
+    RUN(what_is_kept_counts_from_the_vehicle);
+    RUN(water_is_doubted_since_a_record_was_lost);
     RUN(what_is_no_ping_of_a_sonar_is_left_alone);
     RUN(small_steps_between_pings_are_no_jump);
     RUN(without_an_attitude_water_lies_in_the_bodys_axes);
