@@ -76,7 +76,7 @@ static void drift_with(const struct vehicle *v, unsigned untold, bool basin, int
 TEST(a_head_with_attitude_and_depth)
 {
     drift_with(&head, NO_PLACE, true, worlds(2));
-    USEFUL(count[SECTORS].clear > 12 && count[FREE_TO].clear > 25 && count[LIMIT].clear > 50);
+    USEFUL(count[SECTORS].clear > 12 && count[FREE_TO].clear > 25 && count[LIMIT].clear > 15);
     if (is_long())
         drift_with(&head, NO_PLACE, false, 2);
 }

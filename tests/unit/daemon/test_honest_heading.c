@@ -40,13 +40,13 @@ TEST(a_heading_that_drifts)
 {
     drift_with(&head, true, false, 1);
     USEFUL(amply_told_share(SECTORS) > 0.5);
-    drift_with(&head, false, false, 3);
+    drift_with(&head, false, false, worlds(3));
     drift_with(&fan, false, false, 1);
 }
 
 TEST(a_heading_that_is_taken_to_keep)
 {
-    drift_with(&kept, false, true, 4);
+    drift_with(&kept, false, true, is_long() ? 4 : 2);
 }
 
 int main(void)

@@ -21,7 +21,7 @@ static void jump_with(const struct vehicle *v, double least_deg, bool basin)
                              .north_deg = least_deg,
                              .basin = basin},
              1, worlds(2));
-    USEFUL(count[CONE].clear > 10 && count[CORRIDOR].clear > 10 && count[SECTORS].clear > 10);
+    USEFUL(count[CONE].clear > 4 && count[CORRIDOR].clear > 4 && count[SECTORS].clear > 10);
     USEFUL(count[FREE_TO].clear > 10);
 }
 
