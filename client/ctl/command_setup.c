@@ -511,19 +511,18 @@ static void print_fault(void *ctx, const char *message)
     fprintf(stderr, "%s\n", message);
 }
 
-/* What is to be written, in memory of its own; NULL after a message: there is none, or sonard would refuse it. */
-static char *good_text(const struct setup *s, const char *path, size_t *n)
+/* What is to be written, in memory of its own; NULL after a message: there is no memory. */
+static char *make_text(const struct setup *s, size_t *n)
 {
     char *text = NULL;
     FILE *out = open_memstream(&text, n);
     if (out) {
         write_conf(s, out);
-        if (fclose(out) == 0 && setup_check(&(struct conf_text){path, text, *n}, print_fault, NULL))
+        if (fclose(out) == 0)
             return text;
     }
+    fprintf(stderr, "sonarctl setup: %s: nothing is written\n", strerror(errno));
     free(text);
-    fprintf(stderr, "sonarctl setup: %s: nothing is written\n",
-            out ? "sonard would refuse this configuration" : strerror(errno));
     return NULL;
 }
 
@@ -534,9 +533,14 @@ static int write_out(const struct setup *s)
     const bool is_drop_in = !output, to_stdout = output && strcmp(output, "-") == 0;
     const char *path = output ? output : DROP_IN;
     size_t n;
-    char *text = good_text(s, to_stdout ? "standard output" : path, &n);
+    char *text = make_text(s, &n);
     if (!text)
+        return EXIT_OUTPUT;
+    if (!setup_check(&(struct conf_text){to_stdout ? "standard output" : path, text, n}, print_fault, NULL)) {
+        fprintf(stderr, "sonarctl setup: sonard would refuse this configuration: nothing is written\n");
+        free(text);
         return EXIT_USAGE;
+    }
     FILE *out = to_stdout ? stdout : fopen(path, "wxe");
     if (!out) {
         fprintf(stderr, "sonarctl setup: %s: %s%s\n", path, strerror(errno),

@@ -6,6 +6,7 @@ import fcntl
 import os
 import pty
 import random
+import shutil
 import socket
 import subprocess
 
@@ -117,6 +118,11 @@ def drop_in(bench):
     done = setup(bench, "--device", "micron", "--port", "/dev/null", "--name", "other", "--output", other)
     check(done.returncode == 3 and other + ":7: [sonar other] port = serial:/dev/null:115200: does not go with" in done.stderr, done.stderr)
     check("another serial port: each device needs its own" in done.stderr and not os.path.exists(other), done.stderr)
+    link = bench.path("link.conf")
+    shutil.copy(conf, link)
+    os.symlink(conf + ".d", link + ".d")
+    done = setup(bench, "--device", "micron", "--port", "/dev/null", "--name", "other", "--output", link + ".d/60-other.conf")
+    check(done.returncode == 3 and "each device needs its own" in done.stderr, "behind a link: " + done.stderr)
 
 
 def nothing_there(bench):
