@@ -64,16 +64,23 @@ static bool is_own(const struct beam_echoes *h)
     return h->n > 0 && h->echo[0].flags & ECHO_OWN;
 }
 
-/* Deaf once, it says nothing: a burst of noise, a lost pulse. Twice, something may be in front of it. An echo of the
- * vehicle's own does not block, so the water behind it must not stay free, however loose the ping. */
+/* Deaf once, it says nothing: a burst of noise, a lost pulse. Twice, something may be in front of it. */
+static double echo_of(const struct beam_echoes *h, bool deaf_before)
+{
+    if (frees(h))
+        return h->n > 0 ? (double)h->free_to_m : INFINITY;
+    return h->n > 0 || deaf_before ? 0 : INFINITY;
+}
+
+/* An echo of the vehicle's own does not block, so the water behind it must not stay free, however loose the ping. */
 static struct row_beam beam_of(const struct beam_echoes *h, bool deaf_before, bool loose)
 {
     struct row_beam b = {.az_rad = beams_az_rad(h),
                          .near_m = (double)h->blind_m,
                          .edge_near_m = (double)h->blind_m,
                          .ends_m = INFINITY};
-    if (frees(h) ? h->n > 0 && (!loose || is_own(h)) : h->n > 0 || deaf_before)
-        b.ends_m = frees(h) ? (double)h->free_to_m : 0;
+    if (!loose || !frees(h) || is_own(h))
+        b.ends_m = echo_of(h, deaf_before);
     if (!frees(h))
         return b;
     b.axis_m = b.side_m = b.edge_m = (double)h->free_to_m;
@@ -88,6 +95,11 @@ static struct row_beam beam_of(const struct beam_echoes *h, bool deaf_before, bo
 struct row_beam beams_one(const struct echoes *e, const struct beams_deaf *deaf, uint16_t i)
 {
     return beam_of(&e->beam[i], was_deaf(deaf, e, i), is_loose(&e->pose));
+}
+
+double beams_echo_m(const struct echoes *e, const struct beams_deaf *deaf, uint16_t i)
+{
+    return echo_of(&e->beam[i], was_deaf(deaf, e, i));
 }
 
 /* In order of azimuth; of two with the same one the worse counts. */

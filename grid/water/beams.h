@@ -29,6 +29,11 @@ double beams_az_rad(const struct beam_echoes *beam);
 /** beams_one - what the beam of that number says. */
 struct row_beam beams_one(const struct echoes *e, const struct beams_deaf *deaf, uint16_t i);
 
+/** beams_echo_m - from there on the beam of that number shows an echo, or is deaf again and may hide one; INFINITY: it
+ * does not. What another beam of the ping sees there as well is not free behind it, though the ping may be too loose to
+ * end what older ones found. */
+double beams_echo_m(const struct echoes *e, const struct beams_deaf *deaf, uint16_t i);
+
 /** beams_are_level - have all the same elevation? */
 bool beams_are_level(const struct echoes *e);
 

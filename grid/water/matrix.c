@@ -40,6 +40,7 @@ static bool read_beams(const struct echoes *e, const struct beams_deaf *deaf, st
         struct matrix_beam *b = &m->beam[m->beams];
         b->is = beams_one(e, deaf, i);
         b->el_rad = (double)e->beam[i].el_rad;
+        b->echo = row_cell(&b->is, ROW_NOTHING, 0, beams_echo_m(e, deaf, i)).ends;
         if (!(fabs(b->is.az_rad) < BEAMS_WIDEST_RAD && fabs(b->el_rad) < BEAMS_WIDEST_RAD))
             continue;
         add_direction(&m->az, b->is.az_rad);
@@ -364,26 +365,44 @@ static struct water_cell say_all(const struct writing *w, const struct matrix_be
     return says.least > 0 || touching == n ? says : say_together(w, beam, n, column, row);
 }
 
+/* The first echo of those that hold some of the cell, and where one ends what is older. */
+struct stop {
+    uint16_t echo, ends;
+};
+
+static struct stop find_stop(const struct writing *w, const struct matrix_beam *const *beam, int n, int column,
+                             int row)
+{
+    struct stop stop = {WATER_NO_END, WATER_NO_END};
+    for (int i = 0; i < n; i++) {
+        const uint16_t echo = beam[i]->echo, ends = beam[i]->says[ROW_AXIS].ends;
+        if ((echo >= stop.echo && ends >= stop.ends) || !touches(w, beam[i], column, row))
+            continue;
+        stop.echo = echo < stop.echo ? echo : stop.echo;
+        stop.ends = ends < stop.ends ? ends : stop.ends;
+    }
+    return stop;
+}
+
+static struct water_cell stop_at(const struct stop *stop, struct water_cell cell)
+{
+    const uint16_t to = cell.least < stop->echo ? cell.least : stop->echo;
+    return cell.from < to ? (struct water_cell){cell.from, to, to, stop->ends}
+                          : (struct water_cell){.ends = stop->ends};
+}
+
+/* Nothing counts behind an echo, so what lies before it is not lost to what begins behind it. */
 static struct water_cell tell(const struct writing *w, const struct matrix_beam *const *beam, int n, int column,
                               int row)
 {
-    struct water_cell best = {0};
-    uint16_t ends = WATER_NO_END;
-    for (int i = 0; i < n; i++) {
-        const struct water_cell *says = beam[i]->says;
-        if (says[ROW_AXIS].ends < ends && touches(w, beam[i], column, row))
-            ends = says[ROW_AXIS].ends;
-        if (says[ROW_AXIS].least <= best.least)
-            continue;
-        const enum row_part part = holds(w, beam[i], column, row);
-        if (says[part].least > best.least)
-            best = says[part];
+    const struct stop stop = find_stop(w, beam, n, column, row);
+    struct water_cell all = {.ends = stop.ends};
+    for (int i = 0; i < n && stop.echo > 0; i++) {
+        const struct water_cell *says = beam[i]->says, most = stop_at(&stop, says[ROW_AXIS]);
+        if (most.least > all.least || (most.least > 0 && most.from < all.from))
+            all = water_cell_join(all, stop_at(&stop, says[holds(w, beam[i], column, row)]));
     }
-    if (best.least == 0)
-        best = say_all(w, beam, n, column, row);
-    best.ends = ends;
-    best.least = best.most = best.least < ends ? best.least : ends;
-    return best.from < best.least ? best : (struct water_cell){.ends = ends};
+    return all.least > 0 || stop.echo == 0 ? all : stop_at(&stop, say_all(w, beam, n, column, row));
 }
 
 static void tell_row(const struct writing *w, int row)

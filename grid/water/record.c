@@ -73,6 +73,18 @@ void water_image_fill(struct water_image *image, struct water_cell *cell)
     }
 }
 
+struct water_cell water_cell_join(struct water_cell a, struct water_cell b)
+{
+    const uint16_t ends = a.ends < b.ends ? a.ends : b.ends;
+    const bool touch = a.from < a.least && b.from < b.least && a.from <= b.least && b.from <= a.least;
+    struct water_cell all = a.least - a.from > b.least - b.from ? a : b;
+    if (touch) {
+        all.from = a.from < b.from ? a.from : b.from;
+        all.least = a.least > b.least ? a.least : b.least;
+    }
+    return (struct water_cell){all.from, all.least, all.least, ends};
+}
+
 int water_image_find(const double *between, int n, double x)
 {
     int low = 0, high = n - 1;

@@ -67,6 +67,10 @@ uint32_t water_image_cells(uint32_t columns, uint32_t rows);
 /** water_image_fill - level 0 of cell is filled: works out the others and the number of levels. */
 void water_image_fill(struct water_image *image, struct water_cell *cell);
 
+/** water_cell_join - what is free by either of two cells in one direction: one stretch where they touch, and otherwise
+ * the longer one. It ends what is older at the nearer of both ends. */
+struct water_cell water_cell_join(struct water_cell a, struct water_cell b);
+
 /** water_image_find - the last of n parts that begins at or before x: between[n + 1] are their ends, growing. Within
  * 0 .. n - 1 for any x. */
 int water_image_find(const double *between, int n, double x);

@@ -150,20 +150,11 @@ bool thin_is_still(const struct water_record *older, const struct water_record *
     return true;
 }
 
-/* A newer echo ends what an older ping found free. Where the two do not touch, the longer one stays. */
+/* A newer echo ends what an older ping found free. */
 static struct water_cell join_cells(struct water_cell older, struct water_cell newer)
 {
-    const uint16_t ends = older.ends < newer.ends ? older.ends : newer.ends;
-    struct water_cell all = newer;
     older.least = older.least < newer.ends ? older.least : newer.ends;
-    if (older.from >= older.least)
-        return (struct water_cell){all.from, all.least, all.least, ends};
-    if (older.from <= newer.least && newer.from <= older.least && newer.from < newer.least)
-        all = (struct water_cell){.from = older.from < newer.from ? older.from : newer.from,
-                                  .least = older.least > newer.least ? older.least : newer.least};
-    else
-        all = older.least - older.from > newer.least - newer.from ? older : newer;
-    return (struct water_cell){all.from, all.least, all.least, ends};
+    return water_cell_join(older, newer);
 }
 
 void thin_join(const struct water_record *older, const struct water_record *newer, struct water_record *joined,
