@@ -9,8 +9,6 @@
 /* Cosine of 45 degrees. Farther to the side of its level course a ray leaves a body's way beside its own front. */
 #define BOW 0.7071
 
-#define UPRIGHT 1e-6 /* of a unit vector: a way that is no more level than this has no course */
-
 #define BEYOND_M    (2 * WATER_GRID_M)
 #define LEAST_SHARE 0.1 /* of `near`: water is looked for from half of it on, and again, down to this */
 
@@ -34,7 +32,7 @@ static uint32_t part_at(const struct horizon *h, uint32_t k)
 static bool is_ahead(const double along[3], uint32_t part)
 {
     const double level = hypot(along[0], along[1]);
-    return level > UPRIGHT && along[0] * cos(middle_rad(part)) + along[1] * sin(middle_rad(part)) > BOW * level;
+    return along[0] * cos(middle_rad(part)) + along[1] * sin(middle_rad(part)) > BOW * level;
 }
 
 bool horizon_begin(struct horizon *h, const double along[3], double axes_rad, double near_m)
@@ -133,14 +131,13 @@ bool horizon_take(struct horizon *h, const struct ask *ask, const struct horizon
     return is_open(h);
 }
 
-/* Has anybody looked there, no farther aside than half of what two of that sonar's beams leave out? A look by which
- * nothing is free any more, for its age, say, is none. */
-static bool is_seen(const struct horizon *h, double az_rad, const struct water_view *view, int n)
+/* Has anybody looked there, no farther aside than half of what two of that sonar's beams leave out? */
+static bool is_seen(const struct horizon *h, double az_rad, const struct water_view *looks, int n)
 {
     const double v[3] = {cos(az_rad), sin(az_rad), 0}, *gap_rad = h->promise.frame->looks.gap_rad;
     for (int i = 0; i < n; i++)
-        if (!view[i].lost &&
-            water_shows(&view[i], v, h->near_m, gap_rad[view[i].record->sensor % BEARINGS_SENSORS] / 2))
+        if (!looks[i].lost &&
+            water_shows(&looks[i], v, h->near_m, gap_rad[looks[i].record->sensor % BEARINGS_SENSORS] / 2))
             return true;
     return false;
 }
@@ -148,10 +145,10 @@ static bool is_seen(const struct horizon *h, double az_rad, const struct water_v
 #define RAYS 4 /* of a part, a third of a degree apart: a lost ping leaves out more */
 
 /* Does a part have some water that nobody has looked at? */
-static bool is_blank(const struct horizon *h, uint32_t part, const struct water_view *view, int n)
+static bool is_blank(const struct horizon *h, uint32_t part, const struct water_view *looks, int n)
 {
     for (int i = 0; i < RAYS; i++)
-        if (!is_seen(h, (part + (i + 0.5) / RAYS) * PART_RAD, view, n))
+        if (!is_seen(h, (part + (i + 0.5) / RAYS) * PART_RAD, looks, n))
             return true;
     return false;
 }
@@ -201,7 +198,8 @@ static void take_edge(struct horizon *h, uint32_t i)
     look->loose_rad = by->loose_rad;
 }
 
-void horizon_end(struct horizon *h, const struct water_view *view, int n)
+void horizon_end(struct horizon *h, const struct water_view *view, int n, const struct water_view *looks,
+                 int n_looks)
 {
     for (uint32_t i = 0; i < h->n; i++) {
         const uint32_t k = part_at(h, i);
@@ -210,7 +208,7 @@ void horizon_end(struct horizon *h, const struct water_view *view, int n)
             take_edge(h, i);
         if (!h->drifts && !look->goes_on && promise_heeds(&h->promise, grid_rad(h, k), h->near_m)) {
             look->goes_on = look->sure_m == 0 && begins_late(h, k, view, n);
-            look->blank = is_blank(h, k, view, n);
+            look->blank = is_blank(h, k, looks, n_looks);
         }
         h->level_m[k] = promise_m(&h->promise, grid_rad(h, k), look, h->near_m);
     }

@@ -37,7 +37,9 @@ struct horizon_now {
 struct ask_question horizon_question(const struct horizon *h);
 bool horizon_take(struct horizon *h, const struct ask *ask, const struct horizon_now *now);
 
-/** horizon_end - level_m is told, by the records that were asked. */
-void horizon_end(struct horizon *h, const struct water_view *view, int n);
+/** horizon_end - level_m is told, by the records that were asked. looks: those whose beams count as looks, the others
+ * lost. */
+void horizon_end(struct horizon *h, const struct water_view *view, int n, const struct water_view *looks,
+                 int n_looks);
 
 #endif

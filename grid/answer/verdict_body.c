@@ -134,6 +134,21 @@ void verdict_look_around(struct verdict *v)
         ask_way(v);
 }
 
+/* v->aside becomes the records by which anybody looked somewhere; the others are lost. */
+static int set_looks_aside(struct verdict *v)
+{
+    struct store_now looks = verdict_now(v);
+    looks.clear_for_s = INFINITY;
+    looks.looks = true;
+    const int n = store_look(v->by.store, v->by.list, &looks, v->aside);
+    for (int i = 0; i < n; i++) {
+        const struct water_record *r = v->aside[i].record;
+        v->aside[i].lost = v->aside[i].lost || !bearings_counts(&v->frame.looks, r->sensor, r->t_ns, looks.now_ns,
+                                                                v->by.conf->clear_for_s);
+    }
+    return n;
+}
+
 static void end_look(struct verdict *v)
 {
     const struct horizon_now now = {v->by.now->now_ns, v->view};
@@ -141,8 +156,9 @@ static void end_look(struct verdict *v)
         ask_horizon(v);
         return;
     }
+    const int n_looks = set_looks_aside(v);
+    horizon_end(&v->horizon, v->view, v->n, v->aside, n_looks);
     v->n_aside = -1;
-    horizon_end(&v->horizon, v->view, v->n);
     ask_way(v);
 }
 

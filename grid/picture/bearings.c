@@ -282,7 +282,7 @@ void bearings_tell(const struct bearings *b, const uint32_t turn_ms[BEARINGS_SEN
 /* A head that sweeps to and fro begins a turn each way; a tenth more for pings that are lost. */
 #define SHOWN_TURNS 2.2
 
-/* How old, in tenths of a second at looks->t_ns, what a sensor heard may be to be shown since_s later: as old as clear
+/* How old, in tenths of a second at looks->t_ns, what a sensor heard may be to count since_s later: as old as clear
  * water, or as old as a head lets it become that has not been away. */
 static double shown_ds(const struct bearings_looks *looks, int k, double since_s, double clear_for_s)
 {
@@ -290,9 +290,21 @@ static double shown_ds(const struct bearings_looks *looks, int k, double since_s
     return fmin(fmax(10 * (clear_for_s - since_s), fmin(turns_ds, looks->back_ds[k])), BEARINGS_NEVER - 1);
 }
 
+static double since(const struct bearings_looks *looks, uint64_t now_ns)
+{
+    return now_ns > looks->t_ns ? (double)(now_ns - looks->t_ns) * 1e-9 : 0;
+}
+
+bool bearings_counts(const struct bearings_looks *looks, uint32_t sensor, uint64_t t_ns, uint64_t now_ns,
+                     double clear_for_s)
+{
+    return tenths(looks->t_ns, t_ns) <=
+           shown_ds(looks, (int)(sensor % BEARINGS_SENSORS), since(looks, now_ns), clear_for_s);
+}
+
 uint64_t bearings_of(const struct bearings_looks *looks, uint64_t sensors, uint64_t now_ns, double clear_for_s)
 {
-    const double since_s = now_ns > looks->t_ns ? (double)(now_ns - looks->t_ns) * 1e-9 : 0;
+    const double since_s = since(looks, now_ns);
     uint64_t bearings = 0;
     for (int k = 0; k < BEARINGS_SENSORS; k++) {
         if (!(sensors >> k & 1))

@@ -85,6 +85,10 @@ static double extent(const struct ask_body *body, double upright)
 #define STEEP                                                                                                     \
     1e-6 /* a line this near to the cylinder's axis has no side: any will do, the cross-section is round */
 
+/* Where a body is nothing stands upright, nor does it above or below it. A way that has gone aside by less than this
+ * has not left that place: no pose is so certain. */
+#define UPRIGHT_M 0.01
+
 static void begin_move(struct question_shape *q)
 {
     const struct ask_body *body = &q->asked.body;
@@ -103,6 +107,7 @@ static void begin_move(struct question_shape *q)
     q->drift_up_m = geo_dot(body->drift_m, q->up);
     q->round_m = body->radius_m + body->margin_m;
     q->flat_m = body->margin_m * fabs(slope);
+    q->upright_m = over(UPRIGHT_M, hypot(along[0], along[1]));
 }
 
 /* The longest way of a ray of the tile to the wall at half_m on its side, which is farther by the drift towards it. */
@@ -369,7 +374,9 @@ static double from_of(const struct question_shape *q, const struct water_tile *t
     const double flattest = cos(fmax(atan2(fabs(tile->v[2]), level) - half, 0));
     for (int k = (int)floor((az - aside) / part); k <= (int)floor((az + aside) / part); k++)
         from_m = fmin(from_m, q->asked.level_m[(k + 2 * ASK_LEVEL) % ASK_LEVEL] / flattest);
-    return from_m;
+    if (q->asked.kind == ASK_MOVE)
+        from_m = fmax(from_m, over(q->upright_m, cos(angles_off(q, tile).lo)));
+    return fmin(from_m, q->asked.near_m);
 }
 
 bool question_stretch(const struct question_shape *q, const struct water_tile *tile, double to_m,

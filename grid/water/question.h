@@ -48,7 +48,7 @@ struct ask_question {
     enum ask_kind kind;
     double near_m; /* water nearer than this is not asked about; of a body 0: nor its own place */
     /* by parts of the horizon, so far from the vehicle's vertical axis: from there on, >= 0, if that is nearer; NULL:
-     * no such. Stays until the end */
+     * no such. Not as far as a body stays above or below its own place. Stays until the end */
     const double *level_m;
     double to_m;      /* how far, in the question's measure, > near_m of a cone; at most 600 */
     bool stops;       /* is it free as far as that? How far it is free otherwise does not matter */
@@ -75,7 +75,8 @@ struct question_shape {
     /* of a body that moves: `up` is across the line, as nearly up in the body as may be */
     double side[3], up[3], half_width_m, half_height_m, drift_side_m, drift_up_m;
     double round_m, across, flat_m;
-    double tilt_rad; /* of a band's axes */
+    double upright_m; /* so far along the line it stays above or below its own place */
+    double tilt_rad;  /* of a band's axes */
 };
 
 /* Parts `at` to at + n - 1, past the last one from the first on. */

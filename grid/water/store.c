@@ -298,7 +298,7 @@ int store_look(const struct store *s, const struct store_list *list, const struc
             break;
         stray(&strayed, now, r);
         view[n] = look_at(now, r, strayed.off_m);
-        view[n].lost = view[n].lost || is_doubted(list, r);
+        view[n].lost = view[n].lost || (!now->looks && is_doubted(list, r));
         view[n].next = view[n].level_m > 0 ? next_of(view, n) : NULL;
         n++;
     }

@@ -64,6 +64,7 @@ struct store_now {
     double
         keeps_m; /* what a ping shows farther from the vehicle is forgotten: nothing is free there; 0: no limit */
     uint64_t lost; /* set of the sensors that are offline: what they found free is so no more */
+    bool looks;    /* where anybody looked: an echo that would have ended the water there may be forgotten since */
 };
 
 /** store_bytes - memory for store_init, which is 8-byte aligned. */

@@ -424,13 +424,22 @@ TEST(near_is_no_leave_to_go_where_a_sonar_has_not_looked)
 
 #define HEAD_STEP_DEG 1.8
 
+static void tell_looks(const struct bearings *b, uint32_t turn_s)
+{
+    const uint32_t turn_ms[BEARINGS_SENSORS] = {turn_s * 1000, turn_s * 1000};
+    struct picture_frame frame;
+    picture_get_frame(&picture, &frame);
+    bearings_tell(b, turn_ms, &frame.looks);
+    picture_begin(&picture);
+    picture_set_frame(&picture, &frame);
+    picture_end(&picture);
+}
+
 /* A turn of a head ahead, whose beams overlap by a fifth of a degree, to the wall of a basin 2 m away; the compass is
  * 0.3 degrees off, one way and the other. */
 static void turn_head(struct bearings *b, double lost_deg)
 {
-    static const uint32_t turn_ms[BEARINGS_SENSORS];
     const struct pose stays = now.pose;
-    struct picture_frame frame;
     ping.n_beams = 1;
     ping.turns = true;
     ping.az_aperture_rad = (float)geo_rad(2);
@@ -450,11 +459,7 @@ static void turn_head(struct bearings *b, double lost_deg)
         bearings_enter(b, &ping, &mount_identity);
     }
     now.pose = stays;
-    picture_get_frame(&picture, &frame);
-    bearings_tell(b, turn_ms, &frame.looks);
-    picture_begin(&picture);
-    picture_set_frame(&picture, &frame);
-    picture_end(&picture);
+    tell_looks(b, 0);
 }
 
 /* Also in its first turn, be the bearings of its beams as uncertain as they may; where a ping was lost, another turn
@@ -499,6 +504,21 @@ TEST(near_is_no_leave_to_dive_past_what_nobody_has_looked_at)
     now.pose.drift_mps = 0;
 }
 
+/* A steep way goes no farther than a centimetre aside past what nobody has looked at: the steeper, the longer that is. */
+TEST(near_holds_as_long_as_a_dive_stays_in_its_place)
+{
+    static const double steep_deg[] = {89.9, 89.9999, 90, -89.9, -89.9999, -90};
+    begin();
+    looks_at(UINT64_MAX, 0, true);
+    for (size_t i = 0; i < sizeof steep_deg / sizeof *steep_deg; i++)
+        CHECK_NEAR(way_down(&small, 20, steep_deg[i], 2.5, 3)->known_m, 2.5, 0, 1e-9);
+    for (double down_deg = 89.8; down_deg > 88.95; down_deg -= 0.1) {
+        const double known_m = way_down(&small, 20, down_deg, 2.5, 3)->known_m,
+                     least_m = fmin(0.9 * 0.01 / cos(geo_rad(down_deg)), 2.5);
+        CHECK(known_m >= least_m && known_m * cos(geo_rad(down_deg)) < 0.01);
+    }
+}
+
 static void go_ahead(double way_m)
 {
     for (double left_m = way_m; left_m > 0; left_m -= POSE_STEP_MOST_M / 2) {
@@ -527,9 +547,9 @@ TEST(near_needs_no_look_from_elsewhere_unless_it_reached_there)
     }
 }
 
-/* Where a head loses a ping, another look counts by the rules of any record: not one that is too old, or from too far
- * back, or of a sonar that is offline. */
-TEST(near_needs_a_look_by_which_water_would_be_clear)
+/* Where a head loses a ping, another look counts: not one that is too old, or from too far back, or of a sonar that is
+ * offline. */
+TEST(near_needs_a_look_that_counts)
 {
     static const struct {
         double age_s, way_m, limit_m; /* of the other look; after the way a look is too far back */
@@ -555,6 +575,97 @@ TEST(near_needs_a_look_by_which_water_would_be_clear)
         CHECK(row[i].known ? known_m == 1.8 : known_m < 0.5);
     }
     now.lost = 0;
+}
+
+static void begin_head(uint64_t age_ns)
+{
+    begin();
+    ping.n_beams = 1;
+    ping.turns = true;
+    ping.az_aperture_rad = (float)geo_rad(2);
+    ping.t_ns = NOW - age_ns;
+    beam[0] = (struct beam_echoes){.blind_m = 0.75f, .free_to_m = 2, .n = 1, .echo = {{.range_m = 2}}};
+}
+
+/* At the ends of its sector a head that goes to and fro looks every other time. */
+TEST(near_holds_for_a_head_that_goes_to_and_fro)
+{
+    enum { BEAMS_A_WAY = 50, WAY_S = 20, WAYS = 5 };
+    struct bearings b = {0};
+    begin_head(WAYS * WAY_S * SECOND + SECOND);
+    by.clear_for_s = answer_clear_for_s(WAY_S, INFINITY);
+    for (int i = 0; i < WAYS * BEAMS_A_WAY; i++) {
+        const int along = i % BEAMS_A_WAY, k = i / BEAMS_A_WAY % 2 ? BEAMS_A_WAY - 1 - along : along;
+        beam[0].az_rad = (float)geo_wrap(geo_rad(HEAD_STEP_DEG * (k - (BEAMS_A_WAY - 1) / 2.0)));
+        ping.flags = along == 0 ? PING_NEW_TURN : 0;
+        ping.t_ns += WAY_S * SECOND / BEAMS_A_WAY - TICK;
+        send();
+        bearings_enter(&b, &ping, &mount_identity);
+        if (i < 3 * BEAMS_A_WAY || i % 7 != 0)
+            continue;
+        now.now_ns = ping.t_ns;
+        tell_looks(&b, WAY_S);
+        CHECK_NEAR(way(&small, 0, 1.8, 4)->known_m, 1.8, 0, 1e-9);
+    }
+    now.now_ns = NOW;
+}
+
+/* A look counts for 2.2 turns of its head, also where water is clear for less. */
+TEST(near_holds_for_as_long_as_a_head_takes_to_turn)
+{
+    struct bearings b = {0};
+    begin();
+    ping.t_ns = NOW - 10 * SECOND;
+    turn_head(&b, 180);
+    by.clear_for_s = 5;
+    for (double lost_s = 0; lost_s < 5; lost_s += 1) { /* behind */
+        ping.t_ns = NOW - (uint64_t)((5 - lost_s) * 1e9);
+        beam[0].az_rad = (float)geo_rad(170 + 2 * lost_s);
+        send();
+        bearings_enter(&b, &ping, &mount_identity);
+    }
+    tell_looks(&b, 5);
+    CHECK_NEAR(way(&small, 0, 1.8, 4)->known_m, 1.8, 0, 1e-9);
+    tell_looks(&b, 4);
+    CHECK(way(&small, 0, 1.8, 4)->known_m < 0.1);
+}
+
+/* Another sonar's pings make water doubtful whose echoes may be forgotten; where a head has looked it has looked. */
+TEST(near_holds_where_a_head_has_looked_before_a_fan_filled_the_store)
+{
+    struct bearings b = {0};
+    struct mount aft = mount_identity;
+    struct store_now at = {.now_ns = NOW, .pose = &now.pose, .clear_for_s = 30, .move_limit_m = INFINITY};
+    static struct water_view view[ASK_RECORDS];
+    int doubted = 0;
+    begin();
+    ping.sensor = 1;
+    ping.t_ns = NOW - 12 * SECOND;
+    turn_head(&b, 180);
+    ping.sensor = 0;
+    ping.n_beams = BEAMS;
+    ping.turns = false;
+    ping.az_aperture_rad = (float)geo_rad(3);
+    ping.flags = 0;
+    quat_from_rpy(0, 0, GEO_PI, aft.attitude);
+    for (int k = 0; k < 220; k++) {
+        for (int i = 0; i < BEAMS; i++)
+            beam[i] = (struct beam_echoes){.az_rad = (float)geo_rad((i - (BEAMS - 1) / 2.0) * 3),
+                                           .blind_m = 0.75f,
+                                           .free_to_m = 5 + 0.3f * (float)((k + i) % 3),
+                                           .n = 1,
+                                           .echo = {{.range_m = 6}}};
+        ping.seq++;
+        ping.t_ns += SECOND / 20;
+        ping.pose = now.pose;
+        ping.pose.position_m[1] = 0.002 * (k % 40);
+        ping.pose.t_ns = ping.t_ns;
+        store_enter(store, &ping, &aft);
+    }
+    for (int i = store_view(store, &at, view); i-- > 0;)
+        doubted += view[i].record->sensor == 1 && view[i].lost;
+    CHECK(doubted > 10);
+    CHECK_NEAR(way(&small, 0, 1.8, 4)->known_m, 1.8, 0, 1e-9);
 }
 
 /* A head of long steps leaves gaps between its own beams; those of another one are lost pings all the same. */
@@ -695,7 +806,11 @@ int main(void)
     RUN(near_holds_where_a_head_has_looked);
     RUN(near_is_no_leave_to_dive_past_what_nobody_has_looked_at);
     RUN(near_needs_no_look_from_elsewhere_unless_it_reached_there);
-    RUN(near_needs_a_look_by_which_water_would_be_clear);
+    RUN(near_needs_a_look_that_counts);
+    RUN(near_holds_as_long_as_a_dive_stays_in_its_place);
+    RUN(near_holds_for_a_head_that_goes_to_and_fro);
+    RUN(near_holds_for_as_long_as_a_head_takes_to_turn);
+    RUN(near_holds_where_a_head_has_looked_before_a_fan_filled_the_store);
     RUN(near_covers_no_lost_ping_of_a_head_beside_a_coarser_one);
     RUN(near_covers_no_water_that_a_turn_brings_into_a_still_beam);
     RUN(near_holds_less_the_drift_for_who_has_sunk);
