@@ -19,8 +19,8 @@ static bool whose_folder(const char *folder, char file[PATH_MAX])
     return access(file, F_OK) == 0;
 }
 
-/* The FILE whose drop-in that would be, and the drop-in's name there; false: of none. The folder may be a link, by whose
- * name FILE is found, or the one in which the caller is. */
+/* The FILE whose drop-in that would be, and the drop-in's name there; false: of none. The folder may be a link, by
+ * whose name FILE is found, or the one in which the caller is. */
 static bool drop_in_of(const char *path, char file[PATH_MAX], const char **name)
 {
     char folder[PATH_MAX], real[PATH_MAX], whole[2 * PATH_MAX];

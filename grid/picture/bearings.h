@@ -79,13 +79,13 @@ void bearings_enter(struct bearings *b, const struct echoes *e, const struct mou
  * turned as well. turn_ms: how long the last turn of each sensor took; 0: not known. */
 void bearings_tell(const struct bearings *b, const uint32_t turn_ms[BEARINGS_SENSORS], struct bearings_looks *out);
 
-/** bearings_counts - does it count at now_ns that the sensor looked at t_ns? For clear_for_s, or if those take longer for
- * 2.2 of its turns as long as it has not been away since; no longer than 6553 s before looks->t_ns. */
+/** bearings_counts - does it count at now_ns that the sensor looked at t_ns? For clear_for_s, or if those take longer
+ * for 2.2 of its turns as long as it has not been away since; no longer than 6553 s before looks->t_ns. */
 bool bearings_counts(const struct bearings_looks *looks, uint32_t sensor, uint64_t t_ns, uint64_t now_ns,
                      double clear_for_s);
 
-/** bearings_of - at which bearings the heads of that set of sensors show what is there at now_ns: where they have heard,
- * by a look that counts. */
+/** bearings_of - at which bearings the heads of that set of sensors show what is there at now_ns: where they have
+ * heard, by a look that counts. */
 uint64_t bearings_of(const struct bearings_looks *looks, uint64_t sensors, uint64_t now_ns, double clear_for_s);
 
 /** bearings_have - does the set hold all azimuths of the body within so much of one, and a part to either side? At its

@@ -38,7 +38,7 @@ struct head {
 
 #define HEADS  3
 #define OUT_S  3.0 /* a sonar drops out for so long, once in every world */
-#define SELDOM 4 /* so much longer between two questions, but with LONG=1: they cost most of the time */
+#define SELDOM 4   /* so much longer between two questions, but with LONG=1: they cost most of the time */
 struct vehicle {
     const char *conf;
     struct head head[HEADS];

@@ -504,7 +504,8 @@ TEST(near_is_no_leave_to_dive_past_what_nobody_has_looked_at)
     now.pose.drift_mps = 0;
 }
 
-/* A steep way goes no farther than a centimetre aside past what nobody has looked at: the steeper, the longer that is. */
+/* A steep way goes no farther than a centimetre aside past what nobody has looked at: the steeper, the longer that
+ * is. */
 TEST(near_holds_as_long_as_a_dive_stays_in_its_place)
 {
     static const double steep_deg[] = {89.9, 89.9999, 90, -89.9, -89.9999, -90};
