@@ -39,14 +39,14 @@ struct promise promise_begin(struct picture *picture, const struct answer_conf *
 struct promise_look {
     bool goes_on;  /* the water is free from near_m on */
     double sure_m; /* it is free so far, at most near_m; 0: nowhere */
-    bool
-        showed; /* a record that counts showed water there, though the vehicle may have drifted out of it since ... */
+    /* A record that counts showed water there, though the vehicle may have drifted out of it since ... */
+    bool showed;
     double age_s; /* ... so long ago */
     /* The last ping lies so uncertainly that its edge may be here, though it showed water, or beside such water. 0:
      * it does not, or was long ago. */
     double loose_m, loose_rad;
-    bool
-        blank; /* of some of it at which nobody has looked more is left out than lies between two of a sonar's beams */
+    /* Nobody has looked at some of it, and that is wider than what lies between two of a sonar's beams. */
+    bool blank;
 };
 
 /**

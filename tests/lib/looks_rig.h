@@ -40,9 +40,20 @@ struct still_fan {
     double mount_m[3];
 };
 
+/* What the sonars have looked at, to the picture; the last turns of the first two took so long. */
+static inline void tell_looks(const struct bearings *b, uint32_t turn_s)
+{
+    const uint32_t turn_ms[BEARINGS_SENSORS] = {turn_s * 1000, turn_s * 1000};
+    struct picture_frame frame;
+    picture_get_frame(&picture, &frame);
+    bearings_tell(b, turn_ms, &frame.looks);
+    picture_begin(&picture);
+    picture_set_frame(&picture, &frame);
+    picture_end(&picture);
+}
+
 static inline void look_with(struct bearings *b, const struct still_fan *fan)
 {
-    static const uint32_t turn_ms[BEARINGS_SENSORS];
     struct beam_echoes beam[128];
     struct mount mount = {.position_m = {fan->mount_m[0], fan->mount_m[1], fan->mount_m[2]}};
     struct echoes e = {.n_beams = (uint16_t)(fan->wide_deg / 1.5 + 0.5),
@@ -54,12 +65,7 @@ static inline void look_with(struct bearings *b, const struct still_fan *fan)
     for (int i = 0; i < e.n_beams; i++)
         beam[i] = (struct beam_echoes){.az_rad = (float)geo_rad(1.5 * (i + 0.5) - fan->wide_deg / 2)};
     bearings_enter(b, &e, &mount);
-    struct picture_frame frame;
-    picture_get_frame(&picture, &frame);
-    bearings_tell(b, turn_ms, &frame.looks);
-    picture_begin(&picture);
-    picture_set_frame(&picture, &frame);
-    picture_end(&picture);
+    tell_looks(b, 0);
 }
 
 #endif

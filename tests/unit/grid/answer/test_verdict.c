@@ -424,17 +424,6 @@ TEST(near_is_no_leave_to_go_where_a_sonar_has_not_looked)
 
 #define HEAD_STEP_DEG 1.8
 
-static void tell_looks(const struct bearings *b, uint32_t turn_s)
-{
-    const uint32_t turn_ms[BEARINGS_SENSORS] = {turn_s * 1000, turn_s * 1000};
-    struct picture_frame frame;
-    picture_get_frame(&picture, &frame);
-    bearings_tell(b, turn_ms, &frame.looks);
-    picture_begin(&picture);
-    picture_set_frame(&picture, &frame);
-    picture_end(&picture);
-}
-
 /* A turn of a head ahead, whose beams overlap by a fifth of a degree, to the wall of a basin 2 m away; the compass is
  * 0.3 degrees off, one way and the other. */
 static void turn_head(struct bearings *b, double lost_deg)
