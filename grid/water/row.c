@@ -45,6 +45,7 @@ struct column {
     const struct row_beam *beam;
     enum row_part part;
     bool beyond; /* it is another beam's own, which alone says what an echo ends there */
+    bool seam;   /* the beam's first or last one: there it may meet another's */
 };
 
 struct writing {
@@ -57,6 +58,10 @@ struct writing {
     bool coarse;    /* ... but for those there is no room: a beam has one */
     double end_rad; /* of the last one */
     double share_az[ROW_ROWS + 1], share_el[ROW_ROWS + 1];
+    double seam; /* as far off the axis beams meet, as a share of half the width */
+    /* In each row of the image: a tilt moves what is highest aside by so many times itself, as such a share; so much of
+     * the axis' part and of the side's is left beyond the seams. */
+    double lever[ROW_ROWS], beyond_seam[2][ROW_ROWS];
 };
 
 static void add_column(struct writing *w, const struct column *column, double to_rad)
@@ -97,20 +102,49 @@ static double seam_share(const struct row_shape *shape, const struct row_beam *b
 }
 
 #define NARROWEST 0.95 /* of a part that seams leave hardly any height nothing is gained */
+/* From there on, if it leaves them some height, parts hold the seams as beams have them. */
+#define SEAM_FROM_M 2.0
+
+/* Axes that begin aside of each other, or are tilted, leave seams farther off them than their azimuths say: by so much
+ * at SEAM_FROM_M, at the most. */
+static double most_aside(const struct row_shape *shape, const struct row_beam *beam, size_t n)
+{
+    const double lever = tan(fabs(shape->el_rad) + BEAM_SIDE_SHARE / sqrt(2) * shape->half_el_rad);
+    double most_rad = 0;
+    for (size_t i = 0; i < n; i++)
+        most_rad = fmax(most_rad, beam[i].aside_m / SEAM_FROM_M + beam[i].tilt_rad * lever);
+    return most_rad / 2 / shape->half_az_rad;
+}
 
 /*
  * What the pattern takes to the side and what it takes upward add up: a part is an ellipse about the axis. Columns and
  * rows make a rectangle within it, which is as wide as the row's seams are; or a square, where those lie outside it.
  */
-static void set_shares(struct writing *w, double seam)
+static void set_shares(struct writing *w, double aside)
 {
     for (int i = 0; i <= ROW_ROWS; i++)
         w->share_az[i] = w->share_el[i] = row_share[i];
     for (int i = 3; i < ROW_ROWS; i++) {
-        w->share_az[i] = seam < NARROWEST * row_share[i] ? seam + ROUNDING : row_share[i] / sqrt(2);
+        const double square = row_share[i] / sqrt(2);
+        w->share_az[i] =
+            w->seam < NARROWEST * row_share[i] ? fmax(w->seam, fmin(w->seam + aside, square)) + ROUNDING : square;
         w->share_el[i] = sqrt(row_share[i] * row_share[i] - w->share_az[i] * w->share_az[i]);
         w->share_az[ROW_ROWS - i] = -w->share_az[i];
         w->share_el[ROW_ROWS - i] = -w->share_el[i];
+    }
+}
+
+static void set_beyond_seam(struct writing *w)
+{
+    const struct row_shape *shape = w->shape;
+    for (int row = 0; row < ROW_ROWS; row++) {
+        const double high = fmax(fabs(w->share_el[row]), w->share_el[row + 1]);
+        w->lever[row] = tan(fabs(shape->el_rad) + high * shape->half_el_rad) / shape->half_az_rad;
+        for (int part = 0; part < 2; part++) {
+            const double most = row_share[part + 3];
+            w->beyond_seam[part][row] =
+                w->share_az[part + 3] < w->seam ? INFINITY : sqrt(fmax(most * most - high * high, 0)) - w->seam;
+        }
     }
 }
 
@@ -120,18 +154,18 @@ static void add_beam(struct writing *w, const struct row_beam *beam, bool beyond
 {
     static const enum row_part part[] = {ROW_EDGE, ROW_SIDE, ROW_AXIS, ROW_SIDE, ROW_EDGE};
     const double az = beam->az_rad, half = w->shape->half_az_rad;
-    if (!w->nested) {
-        add_column(w, &(struct column){beam, ROW_AXIS, beyond}, to_rad);
-        return;
-    }
-    if (w->coarse) {
-        const enum row_part worst = part_at(w, fmax(az - w->end_rad, to_rad - az));
-        add_column(w, &(struct column){beam, worst, beyond}, to_rad);
-        return;
-    }
-    for (int i = 0; i < ROW_ROWS; i++)
-        add_column(w, &(struct column){beam, part[i], beyond},
-                   i + 1 == ROW_ROWS ? to_rad : fmin(az + w->share_az[i + 1] * half, to_rad));
+    const uint32_t first = w->columns;
+    if (!w->nested)
+        add_column(w, &(struct column){beam, ROW_AXIS, beyond, false}, to_rad);
+    else if (w->coarse)
+        add_column(w, &(struct column){beam, part_at(w, fmax(az - w->end_rad, to_rad - az)), beyond, false},
+                   to_rad);
+    else
+        for (int i = 0; i < ROW_ROWS; i++)
+            add_column(w, &(struct column){beam, part[i], beyond, false},
+                       i + 1 == ROW_ROWS ? to_rad : fmin(az + w->share_az[i + 1] * half, to_rad));
+    if (w->columns > first)
+        w->column[first].seam = w->column[w->columns - 1].seam = true;
 }
 
 static void add_beams(struct writing *w, const struct row_beam *beam, size_t n)
@@ -146,10 +180,35 @@ static void add_beams(struct writing *w, const struct row_beam *beam, size_t n)
         const double to_rad = gap ? fmin(beam[i].az_rad + shape->half_az_rad, middle - ROW_TOUCH_RAD / 2) : middle;
         add_beam(w, &beam[i], false, to_rad);
         if (gap)
-            add_column(w, &(struct column){&beam[i], ROW_NOTHING, false},
+            add_column(w, &(struct column){&beam[i], ROW_NOTHING, false, false},
                        fmax(beam[i + 1].az_rad - shape->half_az_rad, middle + ROW_TOUCH_RAD / 2));
     }
     add_beam(w, &beam[n - 1], true, shape->outer_rad[1]);
+}
+
+/* From there on the seams beside a beam lie within that part of it in that row of the image, seen from its own place:
+ * they are half as far off its axis as a neighbour's is; everywhere, where the part ends before them. */
+static double seam_from_m(const struct writing *w, const struct row_beam *beam, enum row_part part, uint32_t row)
+{
+    const double left = w->beyond_seam[part][row] - beam->tilt_rad / 2 * w->lever[row];
+    if (!(beam->aside_m > 0 || beam->tilt_rad > 0))
+        return 0;
+    return left > ROUNDING ? beam->aside_m / 2 / (left * w->shape->half_az_rad) + beam->along_m : INFINITY;
+}
+
+/* A cell that ends at a seam: nearer than its part holds that, the next one counts, so it is free only if that one is
+ * free up to there. */
+static struct water_cell seam_cell(const struct writing *w, const struct row_beam *beam, enum row_part part,
+                                   uint32_t row, double near_m, double ends_m)
+{
+    const double axis_m = seam_from_m(w, beam, ROW_AXIS, row), side_m = seam_from_m(w, beam, ROW_SIDE, row);
+    if (part == ROW_AXIS && beam->side_m < fmin(axis_m, beam->axis_m))
+        part = ROW_SIDE;
+    if (part <= ROW_SIDE && beam->edge_m < fmin(side_m, beam->side_m))
+        part = ROW_EDGE;
+    if (part <= ROW_SIDE)
+        near_m = fmax(near_m, fmin(side_m, beam->edge_near_m));
+    return row_cell(beam, part, part == ROW_EDGE ? fmax(near_m, beam->edge_near_m) : near_m, ends_m);
 }
 
 /* A cell is as far off the axis as its column or its row, whichever is farther. */
@@ -161,9 +220,11 @@ static void write_cells(const struct writing *w)
         const double ends_m = c->beyond || c->part == ROW_NOTHING ? INFINITY : c->beam->ends_m;
         for (uint32_t row = 0; row < ROW_ROWS; row++) {
             const enum row_part part = c->part > part_of_row[row] ? c->part : part_of_row[row];
-            const double near_m = part == ROW_EDGE && w->nested ? c->beam->edge_near_m : c->beam->near_m;
-            const double join_m = w->shape->join_m ? w->shape->join_m[c->beam - w->beam][row] : 0;
-            w->room->cell[row * w->columns + i] = row_cell(c->beam, part, fmax(near_m, join_m), ends_m);
+            const double join_m = w->shape->join_m ? w->shape->join_m[c->beam - w->beam][row] : 0,
+                         near_m = part == ROW_EDGE && w->nested ? c->beam->edge_near_m : c->beam->near_m;
+            w->room->cell[row * w->columns + i] =
+                c->seam && w->nested ? seam_cell(w, c->beam, part, row, fmax(near_m, join_m), ends_m)
+                                     : row_cell(c->beam, part, fmax(near_m, join_m), ends_m);
         }
     }
 }
@@ -182,7 +243,9 @@ void row_write(struct water_record *record, struct row_room *room, const struct 
     struct writing w = {.shape = shape, .beam = beam, .room = room};
     for (size_t i = 0; i < n; i++)
         w.nested = w.nested || row_is_nested(&beam[i]);
-    set_shares(&w, seam_share(shape, beam, n));
+    w.seam = seam_share(shape, beam, n);
+    set_shares(&w, most_aside(shape, beam, n));
+    set_beyond_seam(&w);
     w.coarse = n * (ROW_ROWS + 1) + ROW_ENDS > WATER_COLUMNS;
     add_beams(&w, beam, n);
     write_cells(&w);

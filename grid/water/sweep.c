@@ -54,14 +54,14 @@ static double highest_in_rad(const struct row_shape *shape, int row)
     return fmax(fabs(from_rad), fabs(to_rad));
 }
 
-/* So far does b's place lie beyond the edge of a's beam that faces b's; negative: within. */
-static double slipped_m(const struct sweep_look *a, const struct sweep_look *b)
+/* So far does b's place lie beyond a line from a's, which is turned off a's axis by that, towards b's; negative: within. */
+static double slipped_m(const struct sweep_look *a, const struct sweep_look *b, double off_rad)
 {
-    const double half = a->shape.half_az_rad, side = azimuth(&b->at, &a->at) < 0 ? -1 : 1;
+    const double side = azimuth(&b->at, &a->at) < 0 ? -1 : 1;
     double m = 0;
     for (int k = 0; k < 3; k++)
         m += (b->at.place_m[k] - a->at.place_m[k]) *
-             (side * cos(half) * a->at.axis[1][k] - sin(half) * a->at.axis[0][k]);
+             (side * cos(off_rad) * a->at.axis[1][k] - sin(off_rad) * a->at.axis[0][k]);
     return m;
 }
 
@@ -74,7 +74,7 @@ static bool join(const struct sweep_look *a, const struct sweep_look *b, double 
 {
     const double over_rad = 2 * b->shape.half_az_rad - fabs(azimuth(&b->at, &a->at)),
                  tilt_rad = tilt(&a->at, &b->at);
-    const double slip_m = fmax(slipped_m(a, b), 0) + drifted_m(&a->at, &b->at);
+    const double slip_m = fmax(slipped_m(a, b, a->shape.half_az_rad), 0) + drifted_m(&a->at, &b->at);
     for (int row = 0; row < ROW_ROWS; row++) {
         const double highest = highest_in_rad(&b->shape, row), least_rad = over_rad - tilt_rad * tan(highest);
         join_m[row] = slip_m <= 0 && least_rad >= -ROW_TOUCH_RAD ? 0
@@ -82,6 +82,13 @@ static bool join(const struct sweep_look *a, const struct sweep_look *b, double 
                                        : slip_m / (sin(fmin(least_rad, GEO_PI / 2)) * cos(highest));
     }
     return join_m[ROW_ROWS / 2] <= JOIN_MOST_M;
+}
+
+/* How their axes begin to diverge where they meet halfway. */
+static void diverge(const struct sweep_look *a, struct sweep_look *b)
+{
+    b->tilt_rad = tilt(&a->at, &b->at);
+    b->aside_m = fmax(slipped_m(a, b, fabs(azimuth(&b->at, &a->at)) / 2), 0) + drifted_m(&a->at, &b->at);
 }
 
 /* Does the new beam continue the row? */
@@ -140,6 +147,7 @@ bool sweep_add(struct sweep *s, const struct water_record *at, const struct beam
         s->since = s->since >= each(s) ? 1 : s->since + 1;
         s->before = s->look[s->n - 1].at.seq;
         next.apart = !join(&s->look[s->n - 1], &next, next.join_m);
+        diverge(&s->look[s->n - 1], &next);
     } else
         *s = (struct sweep){.since = 1, .begun = at->seq};
     s->look[s->n++] = next;
@@ -188,10 +196,9 @@ static double end_of(const struct sweep *s, const struct water_record *by, int w
     return left ? az - half : az + half;
 }
 
-/* A beam was sent from before, beside and above the row's place: what ranges allow for, which is returned, and what is
- * left. */
-static double take_look(const struct sweep_look *look, const struct water_record *middle,
-                        struct water_record *record, struct row_beam *beam)
+/* A beam was sent from before, beside and above the row's place: what ranges allow for, and what is left. */
+static void take_look(const struct sweep_look *look, const struct water_record *middle,
+                      struct water_record *record, struct row_beam *beam)
 {
     const struct water_record *at = &look->at;
     double off_m[3] = {0, 0, 0}; /* in the beam's axes */
@@ -219,15 +226,18 @@ static double take_look(const struct sweep_look *look, const struct water_record
     record->tilt_rad = fmax(record->tilt_rad, at->tilt_rad + tilt(at, middle));
     beam->near_m = near_m + along_m;
     beam->edge_near_m = fmax(look->beam.edge_near_m, near_m) + along_m;
-    return along_m;
+    beam->along_m = along_m;
 }
 
-/* From where on a beam leaves no gap to the one before it, from the row's place: both are free from there on. */
-static void take_join(const struct sweep_look *look, double along_m, double join_m[ROW_ROWS])
+/* What a beam and the one before it mean for either: from where on they leave no gap, from the row's place, and how
+ * their axes diverge. */
+static void take_pair(const struct sweep_look *look, struct row_beam *beam, double join_m[ROW_ROWS])
 {
     for (int row = 0; row < ROW_ROWS; row++)
         if (look->join_m[row] > 0)
-            join_m[row] = fmax(join_m[row], look->join_m[row] + along_m);
+            join_m[row] = fmax(join_m[row], look->join_m[row] + beam->along_m);
+    beam->aside_m = fmax(beam->aside_m, look->aside_m);
+    beam->tilt_rad = fmax(beam->tilt_rad, look->tilt_rad);
 }
 
 /* Of two beams in order of azimuth. */
@@ -257,13 +267,14 @@ void sweep_write(const struct sweep *s, struct water_record *record, struct row_
         record->place_m[k] += at_m[0] * middle->at.axis[0][k] + at_m[1] * middle->at.axis[1][k];
     for (int i = s->first; i <= last; i++) {
         /* clockwise or not, azimuths grow */
-        const int k = s->sense < 0 ? last - i : i - s->first, next = s->sense < 0 ? i - 1 : i + 1;
-        const double along_m = take_look(&s->look[i], &middle->at, record, &beam[k]);
+        const int k = s->sense < 0 ? last - i : i - s->first, next = s->sense < 0 ? i - 1 : i + 1,
+                  before = s->sense < 0 ? k + 1 : k - 1;
+        take_look(&s->look[i], &middle->at, record, &beam[k]);
         beam[k].apart = next >= s->first && next <= last && are_apart(s, i, next);
         if (i > 0 && !s->look[i].apart)
-            take_join(&s->look[i], along_m, join_m[k]);
+            take_pair(&s->look[i], &beam[k], join_m[k]);
         if (i > s->first && !s->look[i].apart)
-            take_join(&s->look[i], along_m, join_m[s->sense < 0 ? k + 1 : k - 1]);
+            take_pair(&s->look[i], &beam[before], join_m[before]);
     }
     const bool goes_on = s->first > 0 && !s->look[s->first].apart;
     const double begin = end_of(s, &middle->at, s->first, goes_on ? s->first - 1 : -1),

@@ -17,8 +17,9 @@ struct sweep_look {
     struct water_record at;
     struct row_beam beam;
     struct row_shape shape;
-    bool apart;              /* between the one before and it nothing is said; else ... */
-    double join_m[ROW_ROWS]; /* ... they leave no gap from here on: struct row_shape */
+    bool apart;               /* between the one before and it nothing is said; else ... */
+    double join_m[ROW_ROWS];  /* ... they leave no gap from here on: struct row_shape; ... */
+    double aside_m, tilt_rad; /* ... and their axes diverge by that: struct row_beam */
 };
 
 struct sweep {

@@ -291,7 +291,7 @@ static inline const struct water_record *fan_with_rope(double az, double range)
         const double at = (k - 255.5) * width;
         const bool hit = fabs(at - az) * range <= 0.01 + range * width / 2;
         const double to = hit ? range - 0.03 : 20;
-        beam[k] = (struct row_beam){at, to, to, to, 0, 0, hit ? to : (double)INFINITY, false};
+        beam[k] = (struct row_beam){at, to, to, to, 0, 0, hit ? to : (double)INFINITY, 0, 0, 0, false};
     }
     row_write(&record, &room, &shape, beam, 512);
     return &record;

@@ -152,9 +152,6 @@ static struct seen seen_by(const struct sent *s, const double p[3])
                          geo_length(to)};
 }
 
-#define SEAM                                                                                                      \
-    1.15 /* parts off the axis meet as they are seen from the row's place: nearer, they are that much wider */
-
 /* Did that beam pass the place without an echo, as it detects there? Beams that all but touch do. */
 static bool passed(const struct sent *s, const double p[3], double seam)
 {
@@ -229,7 +226,7 @@ TEST(what_a_row_has_free_some_beam_passed)
         const int n = look(view);
         for (int i = 0; i < n; i++)
             for (int k = 0; k < 12; k++)
-                wrong += wrong_points(&view[i], SEAM, &points);
+                wrong += wrong_points(&view[i], 1 + 1e-3, &points);
     }
     CHECK_INT(wrong, 0);
     CHECK(points > 5000);
