@@ -20,8 +20,8 @@ struct row_beam {
     double axis_m, side_m, edge_m;
     double near_m, edge_near_m; /* from there on; at its edge */
     double ends_m;              /* from there on an echo ends older water; INFINITY: there is none */
-    /* Of a row from many places: it was sent from so far ahead of the row's. The axis of a neighbour begins so far aside
-     * of its own, away from it, and is tilted against it by that. */
+    /* Of a row from many places: it was sent from so far ahead of the row's. The axis of a neighbour begins so far
+     * aside of its own, away from it, and is tilted against it by that. */
     double along_m, aside_m, tilt_rad;
     bool apart; /* nothing is said between it and the next one, be they as near as they may */
 };
@@ -68,9 +68,9 @@ size_t row_bytes(uint32_t columns, uint32_t rows);
 /**
  * row_write - the image of n beams whose azimuths grow. Between two that are farther apart than they are wide nothing
  * is said. Off its axis a beam is free only as far as at its side and its edge, to the left and right as above and
- * below; where it ends halfway to a neighbour, too, which is farther off both axes the nearer they begin to diverge. Of a
- * row that would have too many columns for that each beam is free as far as in the worst of its own part. 1 <= n, and n, the gaps and ROW_ENDS for each beam beside one and for
- * the ends are at most WATER_COLUMNS.
+ * below; where it ends halfway to a neighbour, too, which is farther off both axes the nearer they begin to diverge.
+ * Of a row that would have too many columns for that each beam is free as far as in the worst of its own part.
+ * 1 <= n, and n, the gaps and ROW_ENDS for each beam beside one and for the ends are at most WATER_COLUMNS.
  */
 void row_write(struct water_record *record, struct row_room *room, const struct row_shape *shape,
                const struct row_beam *beam, size_t n);

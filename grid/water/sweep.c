@@ -54,7 +54,7 @@ static double highest_in_rad(const struct row_shape *shape, int row)
     return fmax(fabs(from_rad), fabs(to_rad));
 }
 
-/* So far does b's place lie beyond a line from a's, which is turned off a's axis by that, towards b's; negative: within. */
+/* So far does b's place lie beyond a line from a's that is turned towards b's axis by that; negative: within. */
 static double slipped_m(const struct sweep_look *a, const struct sweep_look *b, double off_rad)
 {
     const double side = azimuth(&b->at, &a->at) < 0 ? -1 : 1;
