@@ -103,11 +103,11 @@ static bool joins(const struct sweep *s, const struct sweep_look *next)
            fabs(turn) < WIDEST_RAD && turn * s->sense >= 0;
 }
 
-/* The row's first beams become its neighbour, until there is room for one more within 60 degrees. */
+/* The row's first beams become its neighbour, until there is room for one more within 60 degrees; the last one stays,
+ * for the next one joins it. */
 static void make_room(struct sweep *s, const struct sweep_look *next)
 {
-    while (s->n > s->first &&
-           (s->n - s->first >= SWEEP_BEAMS || fabs(azimuth(&next->at, &s->look[s->first].at)) > WIDEST_RAD)) {
+    while (s->n - s->first >= SWEEP_BEAMS || fabs(azimuth(&next->at, &s->look[s->first].at)) > WIDEST_RAD) {
         if (s->first) {
             s->n--;
             memmove(s->look, s->look + 1, (size_t)s->n * sizeof *s->look);
@@ -121,13 +121,13 @@ static void make_room(struct sweep *s, const struct sweep_look *next)
 static int each(const struct sweep *s)
 {
     const int stay = s->n - s->first;
-    return s->first == 0 || stay > SWEEP_EACH ? SWEEP_EACH : stay > 1 ? stay : 1;
+    return s->first == 0 || stay > SWEEP_EACH ? SWEEP_EACH : stay;
 }
 
 /* Two in a row that received nothing usable end what both looked at. */
 static void end_both(struct sweep_look *last, const struct sweep_look *next)
 {
-    if (next->beam.axis_m <= 0 && next->beam.ends_m <= 0 && last->beam.axis_m <= 0)
+    if (next->beam.ends_m <= 0 && last->beam.axis_m <= 0)
         last->beam.ends_m = 0;
 }
 
@@ -270,14 +270,13 @@ void sweep_write(const struct sweep *s, struct water_record *record, struct row_
         const int k = s->sense < 0 ? last - i : i - s->first, next = s->sense < 0 ? i - 1 : i + 1,
                   before = s->sense < 0 ? k + 1 : k - 1;
         take_look(&s->look[i], &middle->at, record, &beam[k]);
-        beam[k].apart = next >= s->first && next <= last && are_apart(s, i, next);
+        beam[k].apart = k + 1 < n && are_apart(s, i, next);
         if (i > 0 && !s->look[i].apart)
             take_pair(&s->look[i], &beam[k], join_m[k]);
         if (i > s->first && !s->look[i].apart)
             take_pair(&s->look[i], &beam[before], join_m[before]);
     }
-    const bool goes_on = s->first > 0 && !s->look[s->first].apart;
-    const double begin = end_of(s, &middle->at, s->first, goes_on ? s->first - 1 : -1),
+    const double begin = end_of(s, &middle->at, s->first, oldest->apart ? -1 : s->first - 1),
                  end = end_of(s, &middle->at, last, -1);
     shape.from_rad = fmax(n == 1 ? -shape.half_az_rad : fmin(begin, end), -CUT_RAD);
     shape.to_rad = fmin(n == 1 ? shape.half_az_rad : fmax(begin, end), CUT_RAD);
