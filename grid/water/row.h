@@ -18,7 +18,7 @@
 struct row_beam {
     double az_rad; /* in the record's frame, within 80 degrees */
     double axis_m, side_m, edge_m;
-    double near_m, edge_near_m; /* from there on; at its edge */
+    double near_m, edge_near_m; /* from there on; at its edge, no nearer */
     double ends_m;              /* from there on an echo ends older water; INFINITY: there is none */
     /* Of a row from many places: it was sent from so far ahead of the row's. The axis of a neighbour begins so far
      * aside of its own, away from it, and is tilted against it by that. */
@@ -50,10 +50,10 @@ struct row_room {
 /* How far off its axis a part of a beam's opening is, at the most. */
 enum row_part { ROW_AXIS, ROW_SIDE, ROW_EDGE, ROW_NOTHING };
 
-/** row_is_nested - does it detect less off its axis? */
+/** row_is_nested - does it detect less off its axis: less far, or at its edge from farther on? */
 static inline bool row_is_nested(const struct row_beam *beam)
 {
-    return beam->side_m < beam->axis_m || beam->edge_m < beam->axis_m;
+    return beam->side_m < beam->axis_m || beam->edge_m < beam->axis_m || beam->edge_near_m > beam->near_m;
 }
 
 /** row_cell - where the beam is free in a part of it, not nearer than near_m, and ends what is older. */

@@ -107,7 +107,11 @@ static void draw_ping(bool matrix, bool nested)
 static void sail(bool nested)
 {
     const double step_deg = between(0.8, 4),
-                 wide_deg = step_deg * (between(0, 1) < 0.5 ? between(1, 1.2) : between(0.9, 3)),
+                 kind = between(0, 3),
+                 wide_deg = fmin(step_deg * (kind < 1   ? between(1, 1.2)
+                                             : kind < 2 ? between(0.9, 3)
+                                                        : between(4, 9)),
+                                 9.9),
                  sense = between(0, 1) < 0.5 ? -1 : 1;
     const double first_deg = between(0, 360), look_el = between(0, 1) < 0.7 ? 0 : between(-0.4, 0.4);
     const bool goes = between(0, 1) < 0.8, rolls = between(0, 1) < 0.5;
@@ -115,18 +119,21 @@ static void sail(bool nested)
     const double way_m[3] = {between(-0.03, 0.03), between(-0.03, 0.03), between(-0.01, 0.01)};
     const struct mount mount = {.attitude = {1, 0, 0, 0},
                                 .position_m = {between(-0.3, 0.3), between(-0.3, 0.3), between(-0.2, 0.2)}};
+    int steps = 0;
     begin(1);
     ping.az_aperture_rad = (float)geo_rad(wide_deg);
     ping.el_aperture_rad = (float)geo_rad(between(10, 40));
     for (n_sent = 0; n_sent < PINGS; n_sent++) {
-        beam = draw_beam(geo_rad(first_deg + sense * step_deg * n_sent), look_el, nested, 0.5);
+        const int turns = between(0, 1) < 0.05 ? 1 + (int)between(1, 4) : 1; /* some pings are lost */
+        steps += turns;
+        beam = draw_beam(geo_rad(first_deg + sense * step_deg * steps), look_el, nested, 0.5);
         for (int k = 0; k < 3; k++) {
             pose.position_m[k] += goes ? way_m[k] : 0;
             rpy[k] += rolls ? between(-1, 1) * geo_rad(0.3) : 0;
         }
         quat_from_rpy(rpy[0], rpy[1], rpy[2], pose.attitude);
         ping.pose = pose;
-        ping.seq += between(0, 1) < 0.05 ? 2 : 1;
+        ping.seq += (uint32_t)turns;
         ping.t_ns += UINT64_C(100000000);
         store_enter(store, &ping, &mount);
         struct water_record at;
