@@ -224,7 +224,7 @@ static void write_cells(const struct writing *w)
             const enum row_part part = c->part > part_of_row[row] ? c->part : part_of_row[row];
             const double join_m = w->shape->join_m ? w->shape->join_m[c->beam - w->beam][row] : 0,
                          near_m = part == ROW_EDGE ? c->beam->edge_near_m : c->beam->near_m;
-            w->room->cell[row * w->columns + i] = c->seam > 0 && w->nested
+            w->room->cell[row * w->columns + i] = c->seam > 0
                                                       ? seam_cell(w, c, part, row, fmax(near_m, join_m), ends_m)
                                                       : row_cell(c->beam, part, fmax(near_m, join_m), ends_m);
         }

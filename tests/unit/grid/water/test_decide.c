@@ -167,6 +167,24 @@ TEST(margins_of_place_make_free_water_smaller)
     CHECK_FREE(0, 5, fits_from(0.2, 5), 5);
 }
 
+/* Far to the side of a wide image, and high above it, they count from the sensor as well as straight ahead. */
+TEST(margins_count_from_the_sensor_wherever_it_looks)
+{
+    const double steep = tan(geo_rad(8)) / tan(geo_rad(10));
+    for (int side = -1; side <= 1; side += 2) {
+        begin(1, 1, 120, 20);
+        view.margin_m = 0.2;
+        CHECK_FREE(side * 50, 0, fits_from(0.2, 10), 4.8);
+        begin(1, 1, 120, 20);
+        view.level_m = 0.5;
+        CHECK_FREE(side * 50, 8, 0.5 / (1 - steep) / cos(geo_rad(8)), 5);
+        view.lift_m = 0.2; /* from as near as it may be by its drift */
+        CHECK_FREE(side * 50, 0, fits_from(0.2, 10) + 0.5, 5);
+        begin(1, 1, 20, 150);
+        CHECK_FREE(0, side * 60, 0.5, 5);
+    }
+}
+
 TEST(margins_of_direction_take_the_sides_alone)
 {
     begin_one();
@@ -298,6 +316,53 @@ TEST(water_ends_where_there_are_too_many_pieces)
     CHECK(free > WATER_PIECES / 5);
 }
 
+/* ---- rows of a head that follow each other ---- */
+
+static struct water_record later, last;
+static struct water_view later_view, last_view;
+static struct water_cell later_cells[2], last_cells[2];
+
+/* The same, turned by so much. */
+static void follow(struct water_record *r, struct water_view *as, struct water_cell *cell, double turned_deg)
+{
+    const double c = cos(geo_rad(turned_deg)), s = sin(geo_rad(turned_deg));
+    *r = record;
+    memcpy(r->axis, (double[3][3]){{c, s, 0}, {-s, c, 0}, {0, 0, 1}}, sizeof r->axis);
+    cell[0] = cells[0];
+    water_image_fill(&r->image, cell);
+    *as = (struct water_view){.record = r};
+}
+
+/* What begins in one of them, where the head came from, and goes on in the next ones until it ends in one is free. */
+TEST(water_is_free_in_rows_that_follow_each_other)
+{
+    for (int side = -1; side <= 1; side += 2) {
+        begin_one();
+        record.sense = side;
+        follow(&later, &later_view, later_cells, side * 10);
+        const double az = side * 9.5;
+        CHECK(!is_free(az, 0, 1.5));
+        view.next = &later_view;
+        CHECK(is_free(az, 0, 1.5) && !is_free(-az, 0, 1.5));
+        CHECK(!is_free(az, 9.5, 1.5)); /* neither holds what is above them */
+        record.sense = later.sense = -side;
+        CHECK(!is_free(az, 0, 1.5));
+        record.sense = later.sense = side;
+        later_view.lost = true;
+        CHECK(!is_free(az, 0, 1.5));
+        later_view.lost = false;
+        later_cells[0].least = 0; /* by the next one it is not */
+        CHECK(!is_free(az, 0, 1.5));
+        follow(&later, &later_view, later_cells, side * 0.5); /* it does not hold all of it, ... */
+        CHECK(!is_free(az, 0, 1.5));
+        follow(&last, &last_view, last_cells, side * 10);
+        later_view.next = &last_view;
+        CHECK(is_free(az, 0, 1.5)); /* ... which another one does */
+        last_cells[0].least = 0;
+        CHECK(!is_free(az, 0, 1.5));
+    }
+}
+
 /* ---- what need not be asked ---- */
 
 static bool touches(double *from_m, double *to_m)
@@ -334,6 +399,10 @@ TEST(a_stretch_is_shortened_to_the_image)
         CHECK(touches(&from_m, &to_m));
         CHECK_NEAR(from_m, (3 * c - 0.1 * 3) / (h * (c + s) + 0.1), 0, 1e-5);
         CHECK_NEAR(to_m, (3 * c + 0.1 * 3) / (h * (c - s) - 0.1), 0, 1e-5);
+        view.at_m[2] = 2; /* bearings may be turned up and down as well */
+        CHECK(touches(&from_m, &to_m));
+        CHECK_NEAR(from_m, (3 * c - 0.1 * sqrt(13)) / (h * (c + s) + 0.1), 0, 1e-5);
+        view.at_m[2] = 0;
         view.margin_rad = 0;
         for (int kind = 0; kind < 2; kind++) {
             view.margin_m = kind ? 0 : 0.3;
@@ -602,6 +671,7 @@ int main(void)
     RUN(water_is_free_within_the_cell_and_its_ranges);
     RUN(water_ends_where_it_may_touch_an_echo);
     RUN(margins_of_place_make_free_water_smaller);
+    RUN(margins_count_from_the_sensor_wherever_it_looks);
     RUN(margins_of_direction_take_the_sides_alone);
     RUN(level_drift_changes_how_steep_water_is_seen);
     RUN(a_tile_begins_at_the_vehicle_and_lies_where_the_sensor_sees_it);
@@ -610,6 +680,7 @@ int main(void)
     RUN(a_record_lies_as_its_sensor_lay);
     RUN(a_wide_tile_beside_the_sensor_loses_range);
     RUN(water_ends_where_there_are_too_many_pieces);
+    RUN(water_is_free_in_rows_that_follow_each_other);
     RUN(a_stretch_is_shortened_to_the_image);
     RUN(an_image_covers_what_may_touch_it);
     RUN(a_beam_shows_what_it_heard_on_the_way);

@@ -148,9 +148,15 @@ TEST(of_records_that_overlap_in_time_an_echo_of_either_counts)
         other->r.t_ns = kind == 3 ? 400 : other->r.newest_ns;
         CHECK_FREE(0, kind == 0 || kind == 3 ? 3 : 8);
     }
+    records = 0; /* all of it ends, nearer than is asked */
+    add(8, false)->r.t_ns = 500;
+    struct made *other = add(0.3, true);
+    other->r.sensor = 1;
+    other->r.newest_ns = other->r.t_ns = 700;
+    CHECK_FREE(0, 0.5);
     records = 0; /* it frees nothing anew */
     add(3, true)->r.t_ns = 500;
-    struct made *other = add(8, false);
+    other = add(8, false);
     other->r.sensor = 1;
     other->r.newest_ns = other->r.t_ns = 700;
     CHECK_FREE(0, 3);
@@ -214,6 +220,32 @@ TEST(where_a_tile_begins_to_be_free_is_known)
     add(1, true);
     CHECK(ask_begins_m(&ask, view, records, &tile, &(struct ask_stretch){0.5, 9}, &ends_m) <= 0.5);
     CHECK(ask_begins_m(&ask, view, 0, &tile, &(struct ask_stretch){0.5, 9}, &ends_m) == INFINITY);
+}
+
+/* Where it ends as it touches an echo beside it, a smaller tile may not; in the midst of one all do. */
+TEST(where_a_tile_ends_is_known_if_a_smaller_one_may_not)
+{
+    static struct ask ask;
+    double v[3], ends_m;
+    const struct ask_stretch within = {0.5, 9};
+    records = 0;
+    struct made *m = add(8, false);
+    for (int row = 0; row < ROWS; row++)
+        m->cell[row * COLUMNS + 11] =
+            (struct water_cell){.from = 10, .least = 400, .most = 400, .ends = 400}; /* of -5 to 0 degrees */
+    water_image_fill(&m->r.image, m->cell);
+    geo_direction(geo_rad(2.5), geo_rad(2.5), v);
+    struct tile_index tile = tiles_at(v, 0);
+    CHECK(ask_begins_m(&ask, view, records, &tile, &within, &ends_m) <= 0.5);
+    CHECK(ends_m <= 4 && ends_m > 3.5);
+    CHECK(ask_begins_m(&ask, view, records, &tile, &(struct ask_stretch){0.5, 3}, &ends_m) <= 0.5);
+    CHECK(ends_m == INFINITY);
+    tile = tiles_at(v, TILES_LEVELS - 1); /* it does not touch that */
+    CHECK(ask_begins_m(&ask, view, records, &tile, &within, &ends_m) <= 0.5 && ends_m == INFINITY);
+    geo_direction(geo_rad(-2.5), geo_rad(2.5), v);
+    tile = tiles_at(v, TILES_LEVELS - 1);
+    CHECK(ask_begins_m(&ask, view, records, &tile, &(struct ask_stretch){4.5, 9}, &ends_m) == INFINITY);
+    CHECK(ends_m == INFINITY);
 }
 
 /* ---- against points ---- */
@@ -310,6 +342,38 @@ TEST(no_point_is_said_to_be_free_that_the_newest_record_denies)
     CHECK(points > 3000 && said_m > 0.8 * free_m);
 }
 
+#define PARTS 36
+
+/* What is asked of all sectors at once is what is asked of each. */
+TEST(a_part_of_a_question_is_what_it_is_by_itself)
+{
+    static struct ask ask;
+    int free_ones = 0;
+    seed = test_seed();
+    for (int world = 0; world < 6; world++) {
+        struct ask_question q = {.kind = ASK_AROUND, .near_m = 0.8, .to_m = 8};
+        q.band = (struct ask_band){.attitude = {1, 0, 0, 0}, .parts = PARTS};
+        q.band.lo_rad = geo_rad(between(-6, 0));
+        q.band.hi_rad = geo_rad(between(0, 6));
+        draw_records();
+        ask_begin(&ask, view, records, &q);
+        while (ask_step(&ask))
+            ;
+        struct ask_answer all[PARTS];
+        for (size_t k = 0; k < PARTS; k++)
+            all[k] = ask_end(&ask, k);
+        q.band.parts = 1;
+        q.band.width_rad = GEO_TURN / PARTS;
+        for (size_t k = 0; k < PARTS; k++) {
+            q.band.from_rad = geo_wrap(((double)k - 0.5) * q.band.width_rad);
+            const struct ask_answer one = ask_free(view, records, &q);
+            CHECK_NEAR(one.free_to_m, all[k].free_to_m, 0, 1e-9);
+            free_ones += one.free_to_m > 2;
+        }
+    }
+    CHECK(free_ones > 10);
+}
+
 int main(void)
 {
     RUN(the_newest_record_that_says_something_counts);
@@ -319,6 +383,8 @@ int main(void)
     RUN(each_of_many_records_is_asked);
     RUN(a_question_of_yes_or_no_is_over_at_the_first_no);
     RUN(where_a_tile_begins_to_be_free_is_known);
+    RUN(where_a_tile_ends_is_known_if_a_smaller_one_may_not);
     RUN(no_point_is_said_to_be_free_that_the_newest_record_denies);
+    RUN(a_part_of_a_question_is_what_it_is_by_itself);
     return test_end();
 }

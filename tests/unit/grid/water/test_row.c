@@ -379,29 +379,56 @@ TEST(cells_at_a_seam_begin_where_their_part_holds_it)
         }
 }
 
-/* Wherever other beams meet. */
+/* Wherever other beams meet, on either side of a beam that may look anywhere. */
 TEST(cells_at_a_seam_know_how_far_off_the_axis_it_is)
 {
-    uint16_t to[2][ROW_ROWS];
-    for (int far = 0; far < 2; far++) {
-        begin_nested(far ? 3 : 2, 0.4);
-        beam[0].az_rad = 0;
-        beam[1].az_rad = geo_rad(0.4);
-        beam[far ? 2 : 1].az_rad = geo_rad(far ? 2.8 : 0.4);
-        beam[0].tilt_rad = 0.05; /* at 20 degrees, more than the axis' part reaches beyond it */
-        shape.el_rad = geo_rad(20);
-        shape.from_rad = shape.outer_rad[0] = geo_rad(-2);
-        shape.to_rad = shape.outer_rad[1] = beam[beams - 1].az_rad + geo_rad(2);
-        write_row();
-        const int column = water_image_find(record.image.tan_az, columns(), tan(geo_rad(0.199)));
-        CHECK_NEAR(column_deg(column + 1), 0.2, 0, 1e-5);
-        for (int row = 0; row < ROW_ROWS; row++)
-            to[far][row] = cell_at(column, row).least;
-    }
-    CHECK(to[0][2] == 800 && to[1][2] == 800);
-    beam[0].tilt_rad = 0.01; /* and less */
+    for (int side = -1; side <= 1; side += 2)
+        for (int far = 0; far < 2; far++)
+            for (int tilted = 0; tilted < 2; tilted++) {
+                const double at_deg[] = {12, 12 + side * 0.4, 12 + side * 2.8};
+                begin_nested(far ? 3 : 2, 1);
+                for (int i = 0; i < (int)beams; i++)
+                    beam[side > 0 ? i : (int)beams - 1 - i].az_rad = geo_rad(at_deg[i]);
+                struct row_beam *one = &beam[side > 0 ? 0 : beams - 1];
+                one->tilt_rad =
+                    tilted ? 0.05 : 0.01; /* at 20 degrees, more than the axis' part reaches beyond it */
+                shape.el_rad = geo_rad(20);
+                shape.from_rad = shape.outer_rad[0] = beam[0].az_rad - geo_rad(2);
+                shape.to_rad = shape.outer_rad[1] = beam[beams - 1].az_rad + geo_rad(2);
+                write_row();
+                const double seam_deg = 12 + side * 0.199, own_deg = 12 - side * 0.5;
+                const int at = water_image_find(record.image.tan_az, columns(), tan(geo_rad(seam_deg))),
+                          own = water_image_find(record.image.tan_az, columns(), tan(geo_rad(own_deg)));
+                CHECK_NEAR(column_deg(at + (side > 0)), 12 + side * 0.2, 0, 1e-5);
+                CHECK_INT(cell_at(at, 2).least, tilted ? 800 : 1000);
+                CHECK(!far ||
+                      (cell_at(own, 2).least == 800 && cell_at(own, 2).from == 30)); /* it meets none there */
+            }
+}
+
+/* A part in the middle of a beam meets none, nor do those of one that is apart; and of two beams both do. */
+TEST(the_middle_of_a_beam_is_free_whatever_its_neighbours_are_tilted_by)
+{
+    begin_nested(3, 1.6); /* the seams are at the beams' sides */
+    beam[1].tilt_rad = 1;
     write_row();
-    CHECK_INT(cell_at(water_image_find(record.image.tan_az, columns(), tan(geo_rad(0.199))), 2).least, 1000);
+    const int middle = water_image_find(record.image.tan_az, columns(), 0);
+    CHECK_CELL(cell_at(middle, 2), 30, 1000);
+    CHECK_CELL(cell_at(middle - 1, 2), 100, 600);
+    CHECK_CELL(cell_at(middle + 1, 2), 100, 600);
+    for (int apart = 0; apart < 2; apart++) {
+        begin_nested(2, 1);
+        beam[0].apart = apart;
+        write_row();
+        CHECK_NEAR(row_deg(4), (apart ? 0.7 / sqrt(2) : sqrt(0.49 - 0.25 * 0.25)) * HIGH_DEG, 0, 1e-4);
+    }
+    begin_nested(3, 1); /* a gap is a seam at the edge, whichever beam has it */
+    for (int i = 0; i < 2; i++) {
+        beam[0].az_rad = geo_rad(i ? -1 : -5);
+        beam[2].az_rad = geo_rad(i ? 5 : 1);
+        write_row();
+        CHECK_NEAR(row_deg(4), 0.7 / sqrt(2) * HIGH_DEG, 0, 1e-4);
+    }
 }
 
 /* From 86 beams on a beam has one column: the worst of it. */
@@ -449,6 +476,7 @@ int main(void)
     RUN(parts_are_wider_by_what_axes_diverge);
     RUN(cells_at_a_seam_begin_where_their_part_holds_it);
     RUN(cells_at_a_seam_know_how_far_off_the_axis_it_is);
+    RUN(the_middle_of_a_beam_is_free_whatever_its_neighbours_are_tilted_by);
     RUN(of_many_beams_each_is_free_as_far_as_in_the_worst_of_its_part);
     return test_end();
 }

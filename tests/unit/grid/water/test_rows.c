@@ -106,8 +106,7 @@ static void draw_ping(bool matrix, bool nested)
 /* A head on a vehicle that goes and rolls. */
 static void sail(bool nested)
 {
-    const double step_deg = between(0.8, 4),
-                 kind = between(0, 3),
+    const double step_deg = between(0.8, 4), kind = between(0, 3),
                  wide_deg = fmin(step_deg * (kind < 1   ? between(1, 1.2)
                                              : kind < 2 ? between(0.9, 3)
                                                         : between(4, 9)),
