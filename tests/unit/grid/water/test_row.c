@@ -163,6 +163,23 @@ TEST(between_beams_that_leave_a_gap_nothing_is_said)
     }
 }
 
+/* Whichever it is of many; and one that detects less off its axis is enough for all to have parts. */
+TEST(a_gap_is_where_it_is_and_one_nested_beam_counts)
+{
+    begin(4, 3);
+    beam[3].az_rad += geo_rad(3);
+    shape.to_rad = shape.outer_rad[1] = beam[3].az_rad + shape.half_az_rad;
+    write_row();
+    CHECK_COLUMNS(-6.5, -3, 0, 3.5, 5.5, 9.5);
+    CHECK_CELL(cell_at(3, 2), 0, 0);
+    for (int i = 0; i < 3; i++) {
+        begin(3, 3);
+        beam[i].side_m = beam[i].edge_m = 6;
+        write_row();
+        CHECK(columns() > 3);
+    }
+}
+
 /* As narrow as directions are rounded. */
 TEST(between_beams_that_are_apart_nothing_is_said)
 {
@@ -383,9 +400,9 @@ TEST(cells_at_a_seam_begin_where_their_part_holds_it)
 TEST(cells_at_a_seam_know_how_far_off_the_axis_it_is)
 {
     for (int side = -1; side <= 1; side += 2)
-        for (int far = 0; far < 2; far++)
+        for (int far = 0; far < 3; far++) /* other seams: none, within the part at the side, and beyond it */
             for (int tilted = 0; tilted < 2; tilted++) {
-                const double at_deg[] = {12, 12 + side * 0.4, 12 + side * 2.8};
+                const double at_deg[] = {12, 12 + side * 0.4, 12 + side * (far == 1 ? 2.8 : 3.2)};
                 begin_nested(far ? 3 : 2, 1);
                 for (int i = 0; i < (int)beams; i++)
                     beam[side > 0 ? i : (int)beams - 1 - i].az_rad = geo_rad(at_deg[i]);
@@ -467,6 +484,7 @@ int main(void)
     RUN(an_image_has_room_for_beams_that_touch_no_other);
     RUN(a_column_is_what_is_a_beams_own);
     RUN(between_beams_that_leave_a_gap_nothing_is_said);
+    RUN(a_gap_is_where_it_is_and_one_nested_beam_counts);
     RUN(between_beams_that_are_apart_nothing_is_said);
     RUN(what_is_another_rows_own_ends_nothing);
     RUN(beams_begin_where_they_leave_no_gap);

@@ -557,7 +557,7 @@ TEST(no_row_is_wider_than_80_degrees_to_a_side)
     CHECK_NEAR(right_deg(), 80, 0, 1e-6);
 }
 
-/* Beams 0 and 1, or 1 and 2, are farther apart than their edges cross: nothing is said where they meet, and only there. */
+/* Two are farther apart than their edges cross: nothing is said where they meet, and only there. */
 TEST(nothing_is_said_between_beams_that_are_apart)
 {
     for (int side = -1; side <= 1; side += 2)
