@@ -45,7 +45,8 @@ struct column {
     const struct row_beam *beam;
     enum row_part part;
     bool beyond; /* it is another beam's own, which alone says what an echo ends there */
-    bool seam;   /* the beam's first or last one: there it may meet another's */
+    bool seam;   /* the beam's first or last one: there it may meet another's, ... */
+    double off;  /* ... so far off the axis, as a share of half the width */
 };
 
 struct writing {
@@ -59,9 +60,9 @@ struct writing {
     double end_rad; /* of the last one */
     double share_az[ROW_ROWS + 1], share_el[ROW_ROWS + 1];
     double seam; /* as far off the axis beams meet, as a share of half the width */
-    /* In each row of the image: a tilt moves what is highest aside by so many times itself, as such a share; so much of
-     * the axis' part and of the side's is left beyond the seams. */
-    double lever[ROW_ROWS], beyond_seam[2][ROW_ROWS];
+    /* In each row of the image, where that is highest: a tilt moves it aside by so many times itself, as such a share;
+     * it is so much of its range away level; so far aside reach the axis' part and the side's. */
+    double lever[ROW_ROWS], level[ROW_ROWS], reach[2][ROW_ROWS];
 };
 
 static void add_column(struct writing *w, const struct column *column, double to_rad)
@@ -109,10 +110,11 @@ static double seam_share(const struct row_shape *shape, const struct row_beam *b
  * at SEAM_FROM_M, at the most. */
 static double most_aside(const struct row_shape *shape, const struct row_beam *beam, size_t n)
 {
-    const double lever = tan(fabs(shape->el_rad) + BEAM_SIDE_SHARE / sqrt(2) * shape->half_el_rad);
+    const double highest_rad = fabs(shape->el_rad) + BEAM_SIDE_SHARE / sqrt(2) * shape->half_el_rad,
+                 lever = tan(highest_rad), level_m = SEAM_FROM_M * cos(highest_rad);
     double most_rad = 0;
     for (size_t i = 0; i < n; i++)
-        most_rad = fmax(most_rad, beam[i].aside_m / SEAM_FROM_M + beam[i].tilt_rad * lever);
+        most_rad = fmax(most_rad, beam[i].aside_m / level_m + beam[i].tilt_rad * lever);
     return most_rad / 2 / shape->half_az_rad;
 }
 
@@ -134,18 +136,26 @@ static void set_shares(struct writing *w, double aside)
     }
 }
 
-static void set_beyond_seam(struct writing *w)
+static void set_reach(struct writing *w)
 {
     const struct row_shape *shape = w->shape;
     for (int row = 0; row < ROW_ROWS; row++) {
         const double high = fmax(fabs(w->share_el[row]), w->share_el[row + 1]);
-        w->lever[row] = tan(fabs(shape->el_rad) + high * shape->half_el_rad) / shape->half_az_rad;
+        const double highest_rad = fabs(shape->el_rad) + high * shape->half_el_rad;
+        w->lever[row] = tan(highest_rad) / shape->half_az_rad;
+        w->level[row] = cos(highest_rad);
         for (int part = 0; part < 2; part++) {
             const double most = row_share[part + 3];
-            w->beyond_seam[part][row] =
-                w->share_az[part + 3] < w->seam ? INFINITY : sqrt(fmax(most * most - high * high, 0)) - w->seam;
+            w->reach[part][row] = sqrt(fmax(most * most - high * high, 0));
         }
     }
+}
+
+/* The column ends where its beam may meet another's. */
+static void end_at_seam(struct writing *w, struct column *column, double at_rad)
+{
+    column->seam = true;
+    column->off = fmax(column->off, fabs(at_rad - column->beam->az_rad) / w->shape->half_az_rad);
 }
 
 /* What of a beam lies before to_rad, from where the last column ends: what is off its axis in columns of its own, or
@@ -155,17 +165,20 @@ static void add_beam(struct writing *w, const struct row_beam *beam, bool beyond
     static const enum row_part part[] = {ROW_EDGE, ROW_SIDE, ROW_AXIS, ROW_SIDE, ROW_EDGE};
     const double az = beam->az_rad, half = w->shape->half_az_rad;
     const uint32_t first = w->columns;
+    const double from_rad = w->end_rad;
     if (!w->nested)
-        add_column(w, &(struct column){beam, ROW_AXIS, beyond, false}, to_rad);
+        add_column(w, &(struct column){beam, ROW_AXIS, beyond, false, 0}, to_rad);
     else if (w->coarse)
-        add_column(w, &(struct column){beam, part_at(w, fmax(az - w->end_rad, to_rad - az)), beyond, false},
+        add_column(w, &(struct column){beam, part_at(w, fmax(az - w->end_rad, to_rad - az)), beyond, false, 0},
                    to_rad);
     else
         for (int i = 0; i < ROW_ROWS; i++)
-            add_column(w, &(struct column){beam, part[i], beyond, false},
+            add_column(w, &(struct column){beam, part[i], beyond, false, 0},
                        i + 1 == ROW_ROWS ? to_rad : fmin(az + w->share_az[i + 1] * half, to_rad));
-    if (w->columns > first)
-        w->column[first].seam = w->column[w->columns - 1].seam = true;
+    if (w->columns > first) {
+        end_at_seam(w, &w->column[first], from_rad);
+        end_at_seam(w, &w->column[w->columns - 1], w->end_rad);
+    }
 }
 
 static void add_beams(struct writing *w, const struct row_beam *beam, size_t n)
@@ -180,28 +193,31 @@ static void add_beams(struct writing *w, const struct row_beam *beam, size_t n)
         const double to_rad = gap ? fmin(beam[i].az_rad + shape->half_az_rad, middle - ROW_TOUCH_RAD / 2) : middle;
         add_beam(w, &beam[i], false, to_rad);
         if (gap)
-            add_column(w, &(struct column){&beam[i], ROW_NOTHING, false, false},
+            add_column(w, &(struct column){&beam[i], ROW_NOTHING, false, false, 0},
                        fmax(beam[i + 1].az_rad - shape->half_az_rad, middle + ROW_TOUCH_RAD / 2));
     }
     add_beam(w, &beam[n - 1], true, shape->outer_rad[1]);
 }
 
 /* From there on the seams beside a beam lie within that part of it in that row of the image, seen from its own place:
- * they are half as far off its axis as a neighbour's is; everywhere, where the part ends before them. */
-static double seam_from_m(const struct writing *w, const struct row_beam *beam, enum row_part part, uint32_t row)
+ * they are half as far off its axis as a neighbour's is; nowhere, where the part ends before them. */
+static double seam_from_m(const struct writing *w, const struct column *c, enum row_part part, uint32_t row)
 {
-    const double left = w->beyond_seam[part][row] - beam->tilt_rad / 2 * w->lever[row];
+    const struct row_beam *beam = c->beam;
+    const double left = w->reach[part][row] - c->off - beam->tilt_rad / 2 * w->lever[row];
     if (!(beam->aside_m > 0 || beam->tilt_rad > 0))
         return 0;
-    return left > ROUNDING ? beam->aside_m / 2 / (left * w->shape->half_az_rad) + beam->along_m : INFINITY;
+    return left > ROUNDING ? beam->aside_m / 2 / (left * w->shape->half_az_rad * w->level[row]) + beam->along_m
+                           : INFINITY;
 }
 
 /* A cell that ends at a seam: nearer than its part holds that, the next one counts, so it is free only if that one is
  * free up to there. */
-static struct water_cell seam_cell(const struct writing *w, const struct row_beam *beam, enum row_part part,
+static struct water_cell seam_cell(const struct writing *w, const struct column *c, enum row_part part,
                                    uint32_t row, double near_m, double ends_m)
 {
-    const double axis_m = seam_from_m(w, beam, ROW_AXIS, row), side_m = seam_from_m(w, beam, ROW_SIDE, row);
+    const struct row_beam *beam = c->beam;
+    const double axis_m = seam_from_m(w, c, ROW_AXIS, row), side_m = seam_from_m(w, c, ROW_SIDE, row);
     if (part == ROW_AXIS && beam->side_m < fmin(axis_m, beam->axis_m))
         part = ROW_SIDE;
     if (part <= ROW_SIDE && beam->edge_m < fmin(side_m, beam->side_m))
@@ -222,9 +238,9 @@ static void write_cells(const struct writing *w)
             const enum row_part part = c->part > part_of_row[row] ? c->part : part_of_row[row];
             const double join_m = w->shape->join_m ? w->shape->join_m[c->beam - w->beam][row] : 0,
                          near_m = part == ROW_EDGE && w->nested ? c->beam->edge_near_m : c->beam->near_m;
-            w->room->cell[row * w->columns + i] =
-                c->seam && w->nested ? seam_cell(w, c->beam, part, row, fmax(near_m, join_m), ends_m)
-                                     : row_cell(c->beam, part, fmax(near_m, join_m), ends_m);
+            w->room->cell[row * w->columns + i] = c->seam && w->nested
+                                                      ? seam_cell(w, c, part, row, fmax(near_m, join_m), ends_m)
+                                                      : row_cell(c->beam, part, fmax(near_m, join_m), ends_m);
         }
     }
 }
@@ -245,7 +261,7 @@ void row_write(struct water_record *record, struct row_room *room, const struct 
         w.nested = w.nested || row_is_nested(&beam[i]);
     w.seam = seam_share(shape, beam, n);
     set_shares(&w, most_aside(shape, beam, n));
-    set_beyond_seam(&w);
+    set_reach(&w);
     w.coarse = n * (ROW_ROWS + 1) + ROW_ENDS > WATER_COLUMNS;
     add_beams(&w, beam, n);
     write_cells(&w);
