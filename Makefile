@@ -79,7 +79,7 @@ HELPERS  := $(patsubst tests/tools/%.c,$(BUILD)/tests/%,$(wildcard tests/tools/*
 TOOLS    := $(patsubst tests/lib/%.c,$(BUILD)/tests/%.so,$(wildcard tests/lib/*.c))
 
 .PHONY: all help deps deps-check deps-long clean programs unit tests measures corpus demo check check-long check-clang check-san check-live check-code \
-        check-honest check-peers check-vm check-arm64 check-armhf check-deb check-blueos check-web deb blueos layers format lint coverage mutants \
+        check-honest check-peers check-vm check-arm64 check-armhf bench-arm64 check-deb check-blueos check-web deb blueos layers format lint coverage mutants \
         fuzz model valgrind bench pilot report prose man install install-built uninstall soak
 all: programs
 
@@ -228,6 +228,7 @@ help:
 	@echo 'make fuzz       run every fuzz target for SECONDS (20) each'
 	@echo 'make soak       load that stays: a day in virtual time, and an hour in which every wire fails, clients come and go (HOURS, MINUTES)'
 	@echo 'make bench      measure: scaling, ratios, every part by itself; $(BUILD)/bench.json (QUICK=1: shorter, LONG=1: all sizes)'
+	@echo 'make bench-arm64 instructions of a ping and of questions for arm64, under qemu-user, as a share of a Raspberry Pi 4'
 	@echo 'make pilot      drive a vehicle by the answers through worlds drawn at random: $(BUILD)/pilot/ (SEEDS=72, so many drives)'
 	@echo 'make score      what is found and said beside rivals, one table in report/scores/ (RELEASE=1: once a version, over new seeds)'
 	@echo 'make report     error against run time, measured: $(BUILD)/report/index.html, in minutes (QUICK=1: seconds, LONG=1: with a billion updates)'
@@ -349,6 +350,10 @@ check-arm64 check-armhf: check-%:
 	@tests/deps.sh $*
 	@$(MAKE) --no-print-directory programs
 	@BUILD=$(BUILD) LIMIT=7200 $(RUN_TESTS) "tests/cross.sh $*"
+
+bench-arm64:
+	@tests/deps.sh arm64
+	@BUILD=$(BUILD) tests/cross.sh arm64 count
 
 check-deb:
 	@tests/deps.sh deb

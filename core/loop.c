@@ -182,12 +182,17 @@ static void fire_due(struct loop *loop)
     }
 }
 
+static bool is_due(const struct loop *loop)
+{
+    return loop->timers && loop->timers->due_ns <= loop->now_ns;
+}
+
+/* A virtual clock stands meanwhile: what is not due will not be. */
 static int wait_ms(const struct loop *loop, uint64_t max_wait_ns)
 {
-    uint64_t wait = max_wait_ns;
-    if (!loop->virtual_clock && loop->timers) {
-        uint64_t due = loop->timers->due_ns;
-        uint64_t left = due > loop->now_ns ? due - loop->now_ns : 0;
+    uint64_t wait = is_due(loop) ? 0 : max_wait_ns;
+    if (wait && !loop->virtual_clock && loop->timers) {
+        const uint64_t left = loop->timers->due_ns - loop->now_ns;
         if (left < wait)
             wait = left;
     }
@@ -195,11 +200,6 @@ static int wait_ms(const struct loop *loop, uint64_t max_wait_ns)
         return -1;
     uint64_t ms = wait / 1000000u + (wait % 1000000u != 0);
     return ms > 60000 ? 60000 : (int)ms;
-}
-
-static bool is_due(const struct loop *loop)
-{
-    return loop->timers && loop->timers->due_ns <= loop->now_ns;
 }
 
 static void read_clock(struct loop *loop)

@@ -3,6 +3,7 @@
 # cross.sh arm64|armhf - built for that machine and run under qemu-user: the unit tests, and the recording's answers, the
 # same bytes as this machine's own. Needs the packages of `tests/deps.sh arm64` or `armhf`, and a mirror for the first run
 # (libraries).
+# cross.sh arm64 count - instead, the instructions of a Ping360's ping and of questions, of two runs of different length.
 set -u
 cd "$(dirname "$0")/.." || exit 1
 arch=${1:-}
@@ -35,6 +36,34 @@ log=$build/$arch.log
 making() { # TARGET, WERROR: a warning in a program is an error; tests convert numbers that fit freely where a size has 32 bits
     make -s -j"$(nproc)" BUILD="$build/$arch" CC="$cross-gcc --sysroot=$root" AR=$cross-ar WERROR="$2" "$1" > "$log" 2>&1
 }
+
+# So many of a program's run more than of another: instructions for each. Of a Raspberry Pi 4's core (Cortex-A72, 1.5 GHz)
+# that is the share beside it, if it executes one per cycle.
+executed() { qemu-$machine -plugin "$build/instructions.so" "$@" 2>&1 >"$log" | sed -n 's/ instructions$//p'; }
+count() { # WHAT TIMES_A_SECOND MORE, then: first run, --, longer run
+    what=$1 rate=$2 more=$3
+    shift 3
+    first=() && while [ "$1" != -- ]; do first+=("$1"); shift; done && shift
+    less=$(executed "${first[@]}") all=$(executed "$@")
+    [ "$less" ] && [ "$all" ] || { tail -n 30 "$log"; echo "FAIL ${arch}_count: $what"; exit 1; }
+    awk -v what="$what" -v each=$(((all - less) / more)) -v rate="$rate" 'BEGIN {
+        printf "%-36s %12d %14.2f\n", what, each, each * rate / 1.5e9 * 100 }'
+}
+if [ "${2:-}" = count ]; then
+    bench=$build/$arch/tests
+    making "$bench/bench_pipeline" -Werror && making "$bench/bench_answers" -Werror &&
+        cc -O2 -shared -fPIC -o "$build/instructions.so" tests/bench/instructions.c ||
+        { tail -n 30 "$log"; echo "FAIL ${arch}_builds"; exit 1; }
+    printf '%-36s %12s %14s\n' "$arch" instructions "% of a core"
+    for mm in 0 30; do
+        count "Ping360, 1200 samples, $mm mm, 10/s" 10 800 "$bench/bench_pipeline" 800 $mm -- "$bench/bench_pipeline" 1600 $mm
+    done
+    for question in blocked sectors limit nearest; do
+        count "$question, fan of 512 beams, 1/s" 1 20 "$bench/bench_answers" counted $question 200 10 -- \
+            "$bench/bench_answers" counted $question 200 30
+    done
+    exit 0
+fi
 making programs -Werror && making unit "$([ $arch = armhf ] || echo -Werror)"
 status=$?
 [ $status -eq 0 ] && echo "ok ${arch}_builds" || { tail -n 30 "$log"; echo "FAIL ${arch}_builds"; exit 1; }

@@ -59,9 +59,9 @@ struct writing {
     double end_rad; /* of the last one */
     double share_az[ROW_ROWS + 1], share_el[ROW_ROWS + 1];
     double seam; /* as far off the axis beams meet, as a share of half the width */
-    /* In each row of the image: a tilt moves what is highest aside by so many times itself, as such a share; so far off
-     * the axis its part and the side's reach there. */
-    double lever[ROW_ROWS], reach[2][ROW_ROWS];
+    /* In each row of the image, where that is highest: a tilt moves it aside by so many times itself, as such a share;
+     * it is so much of its range away level; so far off the axis its part and the side's reach. */
+    double lever[ROW_ROWS], level[ROW_ROWS], reach[2][ROW_ROWS];
 };
 
 static void add_column(struct writing *w, const struct row_beam *beam, enum row_part part, bool beyond,
@@ -110,10 +110,11 @@ static double seam_share(const struct row_shape *shape, const struct row_beam *b
  * at SEAM_FROM_M, at the most. */
 static double most_aside(const struct row_shape *shape, const struct row_beam *beam, size_t n)
 {
-    const double lever = tan(fabs(shape->el_rad) + BEAM_SIDE_SHARE / sqrt(2) * shape->half_el_rad);
+    const double highest_rad = fabs(shape->el_rad) + BEAM_SIDE_SHARE / sqrt(2) * shape->half_el_rad,
+                 lever = tan(highest_rad), level_m = SEAM_FROM_M * cos(highest_rad);
     double most_rad = 0;
     for (size_t i = 0; i < n; i++)
-        most_rad = fmax(most_rad, beam[i].aside_m / SEAM_FROM_M + beam[i].tilt_rad * lever);
+        most_rad = fmax(most_rad, beam[i].aside_m / level_m + beam[i].tilt_rad * lever);
     return most_rad / 2 / shape->half_az_rad;
 }
 
@@ -139,8 +140,10 @@ static void set_reach(struct writing *w)
 {
     const struct row_shape *shape = w->shape;
     for (int row = 0; row < ROW_ROWS; row++) {
-        const double high = fmax(fabs(w->share_el[row]), w->share_el[row + 1]);
-        w->lever[row] = tan(fabs(shape->el_rad) + high * shape->half_el_rad) / shape->half_az_rad;
+        const double high = fmax(fabs(w->share_el[row]), w->share_el[row + 1]),
+                     highest_rad = fabs(shape->el_rad) + high * shape->half_el_rad;
+        w->lever[row] = tan(highest_rad) / shape->half_az_rad;
+        w->level[row] = cos(highest_rad);
         for (int part = 0; part < 2; part++)
             w->reach[part][row] = sqrt(fmax(row_share[part + 3] * row_share[part + 3] - high * high, 0));
     }
@@ -194,7 +197,8 @@ static double seam_from_m(const struct writing *w, const struct column *c, enum 
     const double left = w->reach[part][row] - c->seam - beam->tilt_rad / 2 * w->lever[row];
     if (!(beam->aside_m > 0 || beam->tilt_rad > 0))
         return 0;
-    return left > ROUNDING ? beam->aside_m / 2 / (left * w->shape->half_az_rad) + beam->along_m : INFINITY;
+    return left > ROUNDING ? beam->aside_m / 2 / (left * w->shape->half_az_rad * w->level[row]) + beam->along_m
+                           : INFINITY;
 }
 
 /* A cell that ends at a seam: nearer than its part holds that, the next one counts, so it is free only if that one is

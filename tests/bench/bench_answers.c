@@ -8,22 +8,24 @@
  * turn, so that all of it takes less than a minute of an idle machine.
  *
  *   bench_answers [TURNS [THREADS]]   20 to 4000 turns, and one number of threads, 0 to 2, not all
- *   bench_answers counted KIND [PINGS]
- *       20 times one of them without threads or sockets, for callgrind to count `counted`, after so many pings, 20 to
- *       4000; from 192 on there are as many records as one sonar may have. Says what one takes of a processor
+ *   bench_answers counted KIND [PINGS [TIMES]]
+ *       20 times one of them, or 1 to 1000, without threads or sockets, for callgrind to count `counted`, after so many
+ *       pings, 20 to 4000; from 192 on there are as many records as one sonar may have. Says what one takes of a
+ *       processor
  */
 #include <sys/socket.h>
 
 #include "bench_answer.h"
 #include "bench_daemon.h"
 
-#define TURNS       1000 /* unless they are given */
-#define TURNS_LEAST 20
-#define TURNS_MOST  4000
-#define PAUSE_NS    1000000
-#define WARM_PINGS  20
-#define COUNTED     20 /* times, for callgrind */
-#define PINGS_MOST  4000
+#define TURNS        1000 /* unless they are given */
+#define TURNS_LEAST  20
+#define TURNS_MOST   4000
+#define PAUSE_NS     1000000
+#define WARM_PINGS   20
+#define COUNTED      20 /* times, for callgrind */
+#define COUNTED_MOST 1000
+#define PINGS_MOST   4000
 
 static const struct {
     const char *name, *line;
@@ -99,7 +101,7 @@ static void with_threads(int threads, int turns)
 /* A function that callgrind sees by its name. */
 __attribute__((noinline)) static void counted(const char *line, int times)
 {
-    double us[COUNTED];
+    static double us[COUNTED_MOST];
     for (int i = 0; i < times; i++) {
         const double began_ns = cpu_ns();
         bench_answer(&d, line);
@@ -108,7 +110,7 @@ __attribute__((noinline)) static void counted(const char *line, int times)
     printf("%.0f us of CPU each\n", median(us, (size_t)times));
 }
 
-static int count(const char *kind, int pings)
+static int count(const char *kind, int pings, int times)
 {
     for (int k = 1; k < KINDS; k++)
         if (strcmp(kinds[k].name, kind) == 0) {
@@ -119,7 +121,7 @@ static int count(const char *kind, int pings)
                 ping();
             }
             loop_turn(d.loop, 1);
-            counted(kinds[k].line, COUNTED);
+            counted(kinds[k].line, times);
             pipeline_free(d.pipeline);
             loop_free(d.loop);
             return 0;
@@ -131,8 +133,14 @@ static int count(const char *kind, int pings)
 int main(int argc, char **argv)
 {
     if (argc >= 3 && strcmp(argv[1], "counted") == 0) {
-        const int pings = argc > 3 ? atoi(argv[3]) : WARM_PINGS;
-        return count(argv[2], pings < WARM_PINGS ? WARM_PINGS : pings > PINGS_MOST ? PINGS_MOST : pings);
+        const int pings = argc > 3 ? atoi(argv[3]) : WARM_PINGS, times = argc > 4 ? atoi(argv[4]) : COUNTED;
+        return count(argv[2],
+                     pings < WARM_PINGS   ? WARM_PINGS
+                     : pings > PINGS_MOST ? PINGS_MOST
+                                          : pings,
+                     times < 1              ? 1
+                     : times > COUNTED_MOST ? COUNTED_MOST
+                                            : times);
     }
     const int given = argc > 1 ? atoi(argv[1]) : TURNS, turns = given < TURNS_LEAST  ? TURNS_LEAST
                                                                 : given > TURNS_MOST ? TURNS_MOST

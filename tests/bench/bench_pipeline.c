@@ -3,6 +3,9 @@
  * bench_pipeline - from the last byte of a Ping360 frame to the published picture: the device, extract and the grid as
  * the daemon runs them, with 0, 1 and 2 threads. Frames come every 2 ms, ten times faster than a real head, so that
  * threads sleep between them as they do aboard. And what the same pings cost back to back, in pings per second.
+ *
+ *   bench_pipeline [PINGS MM]   with these: so many without threads, each sent from MM mm farther ahead than the last
+ *                               one, and nothing is measured: something else counts the instructions
  */
 #include <stdio.h>
 #include <stdlib.h>
@@ -15,6 +18,7 @@
 #include "daemon/wiring.h"
 #include "drivers/devices/device.h"
 #include "drivers/devices/ping_frame.h"
+#include "bench.h"
 
 #define BINS        1200
 #define PERIOD_NS   2000000
@@ -23,6 +27,7 @@
 
 static struct pipeline *pipeline;
 static uint64_t arrived_ns;
+static double north_m, way_m; /* the vehicle's, and what it goes between two pings */
 
 static void io_send(void *ctx, const uint8_t *bytes, size_t n)
 {
@@ -56,6 +61,10 @@ static void io_done(void *ctx, struct ping *ping)
     (void)ctx;
     ping->seq = ++seq;
     ping->t_in_ns = arrived_ns;
+    ping->pose = pose_identity;
+    ping->pose.t_ns = ping->t_ns;
+    ping->pose.has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH;
+    ping->pose.position_m[0] = north_m += way_m;
     pipeline_submit(pipeline, ping);
 }
 
@@ -120,8 +129,28 @@ static void start(int threads, bool patient, void *device)
     device_ping360.opened(device, 0, &io);
 }
 
-int main(void)
+/* Ten pings a second, as their device sends them. */
+static void run_only(int pings, double mm)
 {
+    void *device = need(device_ping360.state_size);
+    way_m = mm * 1e-3;
+    start(0, true, device);
+    for (int i = 0; i < pings; i++) {
+        uint8_t bytes[BINS + 64];
+        const size_t n = frame_of((uint16_t)(i % 400), bytes, sizeof bytes);
+        arrived_ns = UINT64_C(1000000000) + (uint64_t)i * 100000000u;
+        device_ping360.feed(device, bytes, n, arrived_ns, &io);
+    }
+    pipeline_free(pipeline);
+    free(device);
+}
+
+int main(int argc, char **argv)
+{
+    if (argc == 3) {
+        run_only(atoi(argv[1]), atof(argv[2]));
+        return 0;
+    }
     printf("ping's last byte to published picture, %d pings of %d bins every %g ms\n\n", PACED_PINGS, BINS,
            PERIOD_NS * 1e-6);
     printf("threads  median us   99 %% us  99.9 %% us   most us   pings/s back to back\n");

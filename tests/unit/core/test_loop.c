@@ -270,6 +270,31 @@ TEST(a_handler_removed_by_another_in_the_same_turn_is_not_called)
     loop_free(loop);
 }
 
+static struct loop *again_loop;
+static int again_left;
+
+static void arm_again(void *ctx, uint64_t now_ns)
+{
+    if (--again_left > 0)
+        loop_arm(again_loop, ctx, now_ns);
+}
+
+/* A replay that stays has a clock that stands: what a handler leaves for later in this moment is done all the same. */
+TEST(where_the_clock_stands_a_timer_for_now_is_not_waited_with)
+{
+    struct loop *loop = loop_new(true);
+    struct loop_timer timer = {.fire = arm_again, .ctx = &timer};
+    again_loop = loop;
+    again_left = 3;
+    loop_arm(loop, &timer, 0);
+    const uint64_t began_ns = loop_clock();
+    for (int i = 0; i < 3; i++)
+        loop_turn(loop, 60000000000u);
+    CHECK_INT(again_left, 0);
+    CHECK(loop_clock() - began_ns < 60000000000u);
+    loop_free(loop);
+}
+
 TEST(quit_ends_the_turns)
 {
     struct loop *loop = loop_new(false);
@@ -289,6 +314,7 @@ int main(void)
     RUN(in_a_skipped_time_a_timer_fires_once_at_its_end);
     RUN(many_timers_fire_in_order_and_soon);
     RUN(a_handler_removed_by_another_in_the_same_turn_is_not_called);
+    RUN(where_the_clock_stands_a_timer_for_now_is_not_waited_with);
     RUN(quit_ends_the_turns);
     return test_end();
 }

@@ -322,9 +322,81 @@ TEST(on_a_beams_axis_water_is_as_the_beam_says)
     }
 }
 
+/* Beams anyhow apart, sent from places so far aside of each other's. */
+static size_t draw_row(struct row_shape *shape, struct row_beam *row, double aside_m[], double tilt_rad[])
+{
+    const size_t n = 2 + (size_t)between(0, 6);
+    *shape = (struct row_shape){
+        .half_az_rad = geo_rad(between(0.5, 6)), .el_rad = between(-1, 1), .half_el_rad = geo_rad(between(3, 20))};
+    for (size_t i = 0; i < n; i++) {
+        const double step = between(0, 1) < 0.2 ? 2.5 : between(0.2, 2);
+        row[i] = (struct row_beam){.az_rad = i ? row[i - 1].az_rad + step * shape->half_az_rad : -0.2,
+                                   .axis_m = 9,
+                                   .side_m = between(0.5, 9),
+                                   .near_m = between(0.1, 0.5),
+                                   .ends_m = INFINITY};
+        row[i].edge_m = row[i].side_m * between(0, 1);
+        row[i].edge_near_m = row[i].near_m + between(0, 1);
+        aside_m[i] = i ? between(0, 0.1) : 0; /* it and the one before */
+        tilt_rad[i] = i ? between(0, 0.01) : 0;
+    }
+    for (size_t i = 0; i < n; i++) {
+        row[i].aside_m = fmax(aside_m[i], i + 1 < n ? aside_m[i + 1] : 0);
+        row[i].tilt_rad = fmax(tilt_rad[i], i + 1 < n ? tilt_rad[i + 1] : 0);
+    }
+    shape->from_rad = shape->outer_rad[0] = row[0].az_rad - shape->half_az_rad;
+    shape->to_rad = shape->outer_rad[1] = row[n - 1].az_rad + shape->half_az_rad;
+    return n;
+}
+
+static bool detects(const struct row_beam *b, double share, double range_m)
+{
+    const double to_m = share <= BEAM_AXIS_SHARE ? b->axis_m : share <= BEAM_SIDE_SHARE ? b->side_m : b->edge_m;
+    return range_m <= to_m && range_m >= (share <= BEAM_SIDE_SHARE ? b->near_m : b->edge_near_m);
+}
+
+/* The seam of two is what their own axes make it, whatever the others of the row do. */
+TEST(at_a_seam_a_row_frees_what_its_beams_detect_there)
+{
+    static struct row_room room;
+    struct water_record record;
+    int points = 0, wrong = 0;
+    seed = test_seed();
+    for (int world = 0; world < 2000; world++) {
+        struct row_shape shape;
+        struct row_beam row[8];
+        double aside_m[8], tilt_rad[8];
+        const size_t n = draw_row(&shape, row, aside_m, tilt_rad);
+        row_write(&record, &room, &shape, row, n);
+        for (int k = 0; k < 100; k++) {
+            const size_t i = 1 + (size_t)between(0, (double)n - 1.01);
+            const double step_rad = row[i].az_rad - row[i - 1].az_rad, seam_rad = row[i].az_rad - step_rad / 2;
+            const double up = between(-0.8, 0.8), el_rad = shape.el_rad + up * shape.half_el_rad,
+                         range_m = between(0.1, 9);
+            const double off_rad = step_rad / 2 + aside_m[i] / 2 / (range_m * cos(el_rad)) +
+                                   tilt_rad[i] / 2 * tan(fabs(el_rad)),
+                         share = hypot(off_rad / shape.half_az_rad, up) - 1e-3;
+            const struct water_image *image = &record.image;
+            const int y = water_image_find(image->tan_el, image->rows, tan(el_rad));
+            for (int side = 0; side < 2 && step_rad <= 2 * shape.half_az_rad; side++) {
+                const double az_rad = seam_rad + (side ? 1e-9 : -1e-9);
+                const int x = water_image_find(image->tan_az, image->columns, tan(az_rad));
+                const struct water_cell *cell = &image->cell[y * image->columns + x];
+                if (range_m < cell->from * WATER_UNIT_M || range_m > cell->least * WATER_UNIT_M)
+                    continue;
+                points++;
+                wrong += !detects(&row[i - 1 + (size_t)side], share, range_m);
+            }
+        }
+    }
+    CHECK_INT(wrong, 0);
+    CHECK(points > 20000);
+}
+
 int main(void)
 {
     RUN(what_a_row_has_free_some_beam_passed);
+    RUN(at_a_seam_a_row_frees_what_its_beams_detect_there);
     RUN(behind_the_echo_of_a_beam_its_row_ends);
     RUN(what_one_ping_has_free_its_beams_detect);
     RUN(on_a_beams_axis_water_is_as_the_beam_says);
