@@ -338,9 +338,9 @@ TEST(parts_are_wider_by_what_axes_diverge)
             beam[which].aside_m = c[i].aside_m;
             beam[which].tilt_rad = c[i].tilt_rad;
             write_row();
-            const double lever = tan(geo_rad(fabs(c[i].el_deg) + 0.7 / sqrt(2) * HIGH_DEG)),
-                         aside = (c[i].aside_m / 2 + c[i].tilt_rad * lever) / 2 / geo_rad(HALF_DEG),
-                         wide = fmin(0.25 + aside, 0.7 / sqrt(2));
+            const double highest = geo_rad(fabs(c[i].el_deg) + 0.7 / sqrt(2) * HIGH_DEG),
+                         aside_rad = c[i].aside_m / (2 * cos(highest)) + c[i].tilt_rad * tan(highest),
+                         aside = aside_rad / 2 / geo_rad(HALF_DEG), wide = fmin(0.25 + aside, 0.7 / sqrt(2));
             CHECK_NEAR(row_deg(4) - c[i].el_deg, sqrt(0.49 - wide * wide) * HIGH_DEG, 0, 1e-4);
         }
 }
