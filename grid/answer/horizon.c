@@ -153,14 +153,19 @@ static bool is_blank(const struct horizon *h, uint32_t part, const struct water_
     return false;
 }
 
-/* Is the water free somewhere beyond near_m, and so begins too late? Then it is not that nobody has looked. */
+#define FROM_HERE                                                                                                 \
+    0.5 /* of `near`: a sonar that was farther away from here saw the water there crosswise, if at all */
+
+/* Has one that was about here seen the water free somewhere beyond near_m, so that it begins too late? Then it is not
+ * that nobody has looked. */
 static bool begins_late(const struct horizon *h, uint32_t part, const struct water_view *view, int n)
 {
     const struct water_tile tile = {{cos(middle_rad(part)), sin(middle_rad(part)), 0}, PART_RAD / 2};
     struct water_pieces said;
     for (int i = 0; i < n; i++) {
         double from_m = h->near_m, to_m = 4 * h->near_m;
-        if (view[i].lost || !water_touches(&view[i], &tile, &from_m, &to_m))
+        if (view[i].lost || geo_length(view[i].at_m) - view[i].record->lever_m > FROM_HERE * h->near_m ||
+            !water_touches(&view[i], &tile, &from_m, &to_m))
             continue;
         water_decide(&view[i], &tile, from_m, to_m, &said);
         for (int k = 0; k < said.n; k++)

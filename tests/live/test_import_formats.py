@@ -540,8 +540,9 @@ def what_the_program_says(bench):
         check(done.returncode == 1 and "File exists" in done.stderr and f.read() == b"precious", done.stderr)
     done = bench.run(SONARCTL, "capture", "import", "--help")
     check(done.returncode == 0 and "usage: sonard-import" in done.stdout, done.stdout)
-    done = bench.run("env", "PATH=/usr/bin:/bin", SONARCTL, "capture", "import", "--help")
-    check(done.returncode == 0 and "usage: sonard-import" in done.stdout, "not found from a source tree: " + done.stderr)
+    if os.path.exists(os.path.join(os.path.dirname(SONARCTL), "../python/sonard-import")):
+        done = bench.run("env", "PATH=/usr/bin:/bin", SONARCTL, "capture", "import", "--help")
+        check(done.returncode == 0 and "usage: sonard-import" in done.stdout, "not found from a source tree: " + done.stderr)
     alone = shutil.copy(SONARCTL, bench.path("sonarctl"))
     done = bench.run("env", "PATH=/nonexistent", alone, "capture", "import", box, path)
     check(done.returncode == 1 and "install sonard-tools" in done.stderr, done.stderr)

@@ -1,0 +1,113 @@
+/* SPDX-License-Identifier: MIT */
+/* test_horizon - what the records of free water say about where `near` holds, part by part of the horizon. */
+#include "grid/answer/horizon.h"
+#include "grid/water/store.h"
+
+#include "tests/lib/looks_rig.h"
+
+#define NEAR_M 3.4
+
+static struct horizon horizon;
+static struct ask ask;
+static struct water_view view[ASK_RECORDS];
+static struct store *store;
+static struct pose pose;
+static uint64_t t_ns;
+static uint32_t seq;
+
+static void begin(void)
+{
+    static const struct store_conf conf = {.beams = {1}, .spare = 1};
+    static void *memory;
+    start_with(rings_full(&rings, geo_rad(3)), true);
+    looks_at(UINT64_MAX, 0, false);
+    memory = memory ? memory : malloc(store_bytes(&conf));
+    store = store_init(memory, &conf);
+    pose = pose_identity;
+    pose.has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH;
+    t_ns = NOW - 9 * SECOND;
+    seq = 0;
+}
+
+static void look(double az_deg, double from_m, double free_m, bool echo, uint64_t after_ns)
+{
+    struct beam_echoes beam = {.az_rad = (float)geo_wrap(geo_rad(az_deg)),
+                               .blind_m = (float)from_m,
+                               .free_to_m = (float)free_m,
+                               .n = echo,
+                               .state = echo ? BEAM_ECHO : BEAM_SILENT};
+    const struct echoes ping = {.t_ns = t_ns += after_ns,
+                                .seq = ++seq,
+                                .n_beams = 1,
+                                .turns = true,
+                                .range_max_m = 20,
+                                .beam = &beam,
+                                .az_aperture_rad = (float)geo_rad(3),
+                                .el_aperture_rad = (float)geo_rad(25),
+                                .pose = pose};
+    store_enter(store, &ping, &mount_identity);
+}
+
+/* On a way to the north, from where the vehicle is now. */
+static void end(void)
+{
+    const struct store_now at = {.now_ns = NOW, .pose = &pose, .clear_for_s = 30, .move_limit_m = 10};
+    const struct horizon_now then = {NOW, view};
+    const double along[3] = {1, 0, 0};
+    struct picture_frame frame;
+    struct sight_place place;
+    now.pose = pose;
+    picture_get_frame(&picture, &frame);
+    sight_locate(&frame, &limits, &now, &place);
+    const int n = store_view(store, &at, view);
+    horizon.promise = promise_begin(&picture, &limits, &frame, &now, &place);
+    if (horizon_begin(&horizon, along, 0, NEAR_M))
+        do {
+            const struct ask_question q = horizon_question(&horizon);
+            ask_begin(&ask, view, n, &q);
+            while (ask_step(&ask))
+                ;
+        } while (horizon_take(&horizon, &ask, &then));
+    horizon_end(&horizon, view, n, view, n);
+}
+
+/* A head passed 10 m away and had water ahead of here crosswise, beyond `near`; a thing hid from it what is nearer. */
+TEST(near_holds_nowhere_for_water_seen_from_afar)
+{
+    begin();
+    pose.position_m[0] = 8;
+    pose.position_m[1] = 6;
+    for (int i = 0; i < 60; i++) {
+        const double az_deg = -150 + 2 * i;
+        const bool hides = az_deg < -120;
+        look(az_deg, 0.3, hides ? 2 : 15, hides, SECOND / 50);
+    }
+    for (int i = 1; i <= 40; i++) { /* looks aft on the way here */
+        pose.position_m[0] = 8 - 8 * i / 40.0;
+        pose.position_m[1] = 6 - 6 * i / 40.0;
+        pose.path_m = 8 * i / 40.0;
+        look(120 + 1.5 * i, 0.3, 15, false, SECOND / 8);
+    }
+    end();
+    CHECK(horizon.look[0].blank);
+    CHECK(!horizon.look[0].goes_on);
+    CHECK_NEAR(horizon.level_m[0], 0, 0, 0);
+}
+
+/* The same water, free from beyond `near` on, seen from here: its beam begins late. */
+TEST(near_holds_where_a_beam_from_here_begins_late)
+{
+    begin();
+    for (int i = 0; i < 60; i++)
+        look(2 * i - 60, NEAR_M + 1, 15, false, SECOND / 50);
+    end();
+    CHECK(horizon.look[0].goes_on);
+    CHECK_NEAR(horizon.level_m[0], NEAR_M, 1e-9, 0);
+}
+
+int main(void)
+{
+    RUN(near_holds_nowhere_for_water_seen_from_afar);
+    RUN(near_holds_where_a_beam_from_here_begins_late);
+    return test_end();
+}
