@@ -37,6 +37,8 @@ static bool is_alike(const struct water_image *a, const struct water_image *b)
 /* A place where a record's water ends. */
 struct place {
     double north_m[3]; /* NED */
+    double to[3];      /* the direction from the record's own place to it ... */
+    double at_m;       /* ... and how far away it is */
     int row;
 };
 
@@ -51,15 +53,18 @@ static bool shows_end_in(const struct water_image *image, int row, int column, d
     return false;
 }
 
-/* All rows of one elevation end at the same echoes. */
+/* All rows of one elevation end at the same echoes. What is as near as sensors may be apart ends the direction. */
 static bool shows_end(const struct water_record *r, const struct place *p, int beside)
 {
     const struct water_image *image = &r->image;
-    const double to[3] = {p->north_m[0] - r->place_m[0], p->north_m[1] - r->place_m[1],
-                          p->north_m[2] - r->place_m[2]};
-    const double ahead = geo_dot(to, r->axis[0]), right = geo_dot(to, r->axis[1]), range_m = geo_length(to);
+    const bool here = p->at_m <= NEAR_M;
+    double to[3];
+    for (int k = 0; k < 3; k++)
+        to[k] = here ? p->to[k] : p->north_m[k] - r->place_m[k];
+    const double ahead = geo_dot(to, r->axis[0]), right = geo_dot(to, r->axis[1]),
+                 range_m = here ? p->at_m : geo_length(to);
     if (ahead <= 0)
-        return range_m <= NEAR_M; /* the sensor is all but there */
+        return false;
     const int column = water_image_find(image->tan_az, image->columns, right / ahead);
     if (image->parts == image->rows)
         return shows_end_in(image, p->row, column, range_m, beside);
@@ -76,12 +81,13 @@ static struct place end_of(const struct water_record *r, int row, int column)
     const struct water_image *image = &r->image;
     const double tan_az = (image->tan_az[column] + image->tan_az[column + 1]) / 2,
                  tan_el = (image->tan_el[row] + image->tan_el[row + 1]) / 2;
-    const double to_m = image->cell[row * image->columns + column].ends * WATER_UNIT_M;
-    const double ahead = to_m / sqrt((1 + tan_az * tan_az) * (1 + tan_el * tan_el)), right = ahead * tan_az,
+    const double ahead = 1 / sqrt((1 + tan_az * tan_az) * (1 + tan_el * tan_el)), right = ahead * tan_az,
                  down = -tan_el * sqrt(ahead * ahead + right * right);
-    struct place p = {.row = row};
-    for (int k = 0; k < 3; k++)
-        p.north_m[k] = r->place_m[k] + ahead * r->axis[0][k] + right * r->axis[1][k] + down * r->axis[2][k];
+    struct place p = {.at_m = image->cell[row * image->columns + column].ends * WATER_UNIT_M, .row = row};
+    for (int k = 0; k < 3; k++) {
+        p.to[k] = ahead * r->axis[0][k] + right * r->axis[1][k] + down * r->axis[2][k];
+        p.north_m[k] = r->place_m[k] + p.at_m * p.to[k];
+    }
     return p;
 }
 

@@ -353,6 +353,23 @@ TEST(what_is_deaf_once_says_nothing_and_twice_ends_the_water)
     CHECK_NEAR(free_at(0, 0), 10, 0, 0.13);
 }
 
+/* However it turns meanwhile, and whatever it hears next to the sensor later. */
+TEST(what_a_fan_is_deaf_to_twice_stays_ended)
+{
+    for (int side = -1; side <= 1; side += 2) {
+        begin(MOST, 1);
+        for (int i = 0; i < 16; i++) {
+            quat_from_rpy(0, 0, side * geo_rad(0.1) * i, pose.attitude);
+            beam[30].free_to_m = i < 10 ? 10.0f : i < 12 ? 0.0f : 3.0f;
+            send();
+            if (i < 10)
+                CHECK(free_from(4, -1.5 + side * 0.1 * i, 0) > 9.8);
+        }
+        CHECK(free_from(4, -1.5 + side * 1.1, 0) <= 4);
+        CHECK(free_from(0.5, -1.5 + side * 1.5, 0) > 2.8);
+    }
+}
+
 TEST(a_head_that_is_deaf_twice_ends_what_both_beams_looked_at)
 {
     begin(1, 2.5);
@@ -1039,6 +1056,7 @@ int main(void)
     RUN(nearer_than_beams_overlap_nothing_is_free);
     RUN(a_row_loses_little_by_the_way_of_its_beams);
     RUN(what_is_deaf_once_says_nothing_and_twice_ends_the_water);
+    RUN(what_a_fan_is_deaf_to_twice_stays_ended);
     RUN(a_head_that_is_deaf_twice_ends_what_both_beams_looked_at);
     RUN(an_own_echo_ends_what_is_behind_it);
     RUN(a_fan_is_thinned_and_what_one_ping_alone_shows_is_kept);

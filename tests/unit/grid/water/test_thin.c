@@ -192,14 +192,33 @@ TEST(an_end_is_looked_for_where_it_is_seen_from_elsewhere)
                 CHECK(spares() == (kind == 0));
             }
         }
-    begin(ROWS); /* all but in the sensor */
-    before.r.place_m[0] += 0.14;
-    end_at(&middle, 20, 2, 0.05);
-    end_at(&newest, 20, 2, 0.05);
-    CHECK(spares());
-    middle.cell[2 * COLUMNS + 20].ends = 0;
-    before.r.place_m[1] += 0.1;
-    CHECK(!spares());
+}
+
+/* Of a deaf beam nobody knows where it ends, of what is next to the sensor where that is seen from elsewhere: as the
+ * beams look it must be shown. */
+TEST(an_end_in_the_sensor_is_that_of_the_same_direction)
+{
+    static const struct {
+        double at_m, turned_deg, shown_m;
+        int off;
+        bool spared;
+    } row[] = {{0, 0, 0, 0, true},      {0, 0, -1, 0, false},   {0, 3, -1, 0, false},    {0, 3, 0, -3, true},
+               {0, 3, 0, 0, false},     {0, -3, 0, 3, true},    {0.1, 0, 0.14, 0, true}, {0.1, 0, 0.2, 0, false},
+               {0.1, 3, 0.1, -3, true}, {0.1, 3, -1, 0, false}, {0.14, 0, -1, 0, false}};
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++)
+        for (int n = 0; n < 3; n += 2)
+            for (int moved = 0; moved < 3; moved++) {
+                begin(ROWS);
+                struct made *other = all[n];
+                other->r.place_m[0] += moved == 1 ? 0.14 : 0;
+                other->r.place_m[0] -= moved == 2 ? 0.14 : 0;
+                turn(&other->r, 2, row[i].turned_deg);
+                end_at(&middle, 20, 2, row[i].at_m);
+                end_at(all[2 - n], 20, 2, row[i].at_m);
+                if (row[i].shown_m >= 0)
+                    end_at(other, 20 + row[i].off, 2, row[i].shown_m);
+                CHECK_INT(spares(), row[i].spared);
+            }
 }
 
 static uint64_t seed;
@@ -424,6 +443,7 @@ int main(void)
     RUN(a_record_between_two_that_are_near_and_alike_is_spared);
     RUN(an_end_must_be_seen_by_those_before_and_behind);
     RUN(an_end_is_looked_for_where_it_is_seen_from_elsewhere);
+    RUN(an_end_in_the_sensor_is_that_of_the_same_direction);
     RUN(an_end_is_found_from_anywhere);
     RUN(pings_from_one_place_are_those_of_the_same_image_there);
     RUN(what_a_newer_ping_frees_beyond_an_echo_is_not_joined);
