@@ -18,9 +18,14 @@ static double way_m(const struct water_record *a, const struct water_record *b)
     return geo_length(way);
 }
 
+static bool drifted_little(const struct water_record *a, const struct water_record *b)
+{
+    return fabs(a->drift_m[0] - b->drift_m[0]) <= NEAR_M && fabs(a->drift_m[1] - b->drift_m[1]) <= NEAR_M;
+}
+
 static bool is_near(const struct water_record *a, const struct water_record *b)
 {
-    bool near = way_m(a, b) <= NEAR_M && fabs(a->drift_m[0] - b->drift_m[0]) <= NEAR_M;
+    bool near = way_m(a, b) <= NEAR_M && drifted_little(a, b);
     for (int k = 0; k < 3; k++)
         near = near && geo_dot(a->axis[k], b->axis[k]) >= NEAR_COS;
     return near;
@@ -146,8 +151,9 @@ bool thin_is_still(const struct water_record *older, const struct water_record *
 {
     const struct water_image *a = &older->image, *b = &newer->image;
     if (way_m(older, newer) > STILL_M || newer->path_m - older->path_m > STILL_M ||
-        turned_rad(older, newer) > STILL_RAD || a->columns != b->columns || a->rows != b->rows ||
-        !is_same(a->tan_az, b->tan_az, a->columns + 1) || !is_same(a->tan_el, b->tan_el, a->rows + 1))
+        !drifted_little(older, newer) || turned_rad(older, newer) > STILL_RAD || a->columns != b->columns ||
+        a->rows != b->rows || !is_same(a->tan_az, b->tan_az, a->columns + 1) ||
+        !is_same(a->tan_el, b->tan_el, a->rows + 1))
         return false;
     for (int i = 0; older->echoes && i < a->columns * a->rows; i++)
         if (a->cell[i].ends != WATER_NO_END &&

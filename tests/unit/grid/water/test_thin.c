@@ -326,6 +326,13 @@ TEST(pings_from_one_place_are_those_of_the_same_image_there)
     CHECK(is_still());
     newest.r.path_m += 0.002;
     CHECK(!is_still());
+    for (int k = 0; k < 2; k++) {
+        begin(ROWS);
+        newest.r.drift_m[k] += 0.14;
+        CHECK(is_still());
+        newest.r.drift_m[k] += 0.02;
+        CHECK(!is_still());
+    }
     for (int kind = 0; kind < 4; kind++) {
         begin(ROWS);
         newest.tan_az[7] += kind == 0 ? 1e-6 : 0;
