@@ -116,6 +116,8 @@ bool thin_spares(const struct water_record *before, const struct water_record *m
                  const struct water_record *newest)
 {
     const struct water_image *image = &middle->image;
+    if (newest->newest_ns > before->t_ns + THIN_JOINED_NS)
+        return false;
     if (!is_near(before, newest) || !is_near(before, middle) || !is_alike(&before->image, image) ||
         !is_alike(image, &newest->image))
         return false;

@@ -456,6 +456,53 @@ TEST(what_a_still_fan_frees_in_some_pings_is_free)
     CHECK_NEAR(free_at(0.5, 0), 6, 0, 0.13);
 }
 
+/* Pings are joined from a thousandth of a radian, or from a centimetre: what has come farther is spared. */
+TEST(a_fan_that_creeps_or_turns_slowly_is_thinned)
+{
+    for (int kind = 0; kind < 4; kind++) {
+        begin(MOST, 1);
+        for (int i = 0; i < 300; i++) {
+            if (kind < 2)
+                quat_from_rpy(0, 0, geo_rad(kind ? 0.05 : 0.02) * i, pose.attitude);
+            else {
+                pose.position_m[1] += kind == 2 ? 0.006 : 0.002;
+                pose.path_m += kind == 2 ? 0.006 : 0.002;
+            }
+            send();
+        }
+        CHECK(store->pool.n <= 25);
+        if (kind == 1)
+            CHECK_NEAR(free_at(-31, 0), 10, 0, 0.13); /* 28 s ago */
+    }
+}
+
+/* What is spared is not told by one that is much older: here one beam is deaf in the newest ping alone. */
+TEST(of_a_fan_that_turns_to_and_fro_some_are_kept)
+{
+    begin(MOST, 1);
+    for (int i = 0; i < 400; i++) {
+        const double yaw_deg = 0.1 * abs(i % 40 - 20);
+        quat_from_rpy(0, 0, geo_rad(yaw_deg), pose.attitude);
+        beam[30].free_to_m = i == 399 ? 0.0f : 10.0f;
+        send();
+        if (i == 399)
+            CHECK_NEAR(free_at(-1.5 + yaw_deg, 0), 10, 0, 0.13);
+    }
+}
+
+/* All pings are from the same place, as far as poses tell. What they show is as old as the drift since. */
+TEST(pings_of_a_fan_that_drifts_are_joined_for_a_while)
+{
+    begin(MOST, 1);
+    for (int i = 0; i < 100; i++) {
+        pose.drift_m[0] += 0.05;
+        beam[30].free_to_m = i % 10 ? 10.0f : 0.0f;
+        send();
+        if (i > 50 && i % 10 == 0)
+            CHECK(free_from(4, -1.5, 0) > 9.5);
+    }
+}
+
 TEST(a_fan_that_moves_is_kept)
 {
     begin(MOST, 1);
@@ -1061,6 +1108,9 @@ int main(void)
     RUN(an_own_echo_ends_what_is_behind_it);
     RUN(a_fan_is_thinned_and_what_one_ping_alone_shows_is_kept);
     RUN(what_a_still_fan_frees_in_some_pings_is_free);
+    RUN(a_fan_that_creeps_or_turns_slowly_is_thinned);
+    RUN(of_a_fan_that_turns_to_and_fro_some_are_kept);
+    RUN(pings_of_a_fan_that_drifts_are_joined_for_a_while);
     RUN(a_fan_that_moves_is_kept);
     RUN(old_water_is_free_no_more);
     RUN(a_ping_whose_pose_is_hardly_known_ends_nothing);

@@ -95,12 +95,19 @@ TEST(a_record_between_two_that_are_near_and_alike_is_spared)
             turn(&all[n]->r, k, 0.2);
             CHECK(!spares());
         }
+    begin(ROWS);
+    newest.r.newest_ns = THIN_JOINED_NS; /* since the one before */
+    CHECK(spares());
+    newest.r.newest_ns++;
+    CHECK(!spares());
     for (int n = 0; n < 3; n++) {
-        begin(ROWS);
-        all[n]->r.drift_m[0] += 0.14;
-        CHECK(spares());
-        all[n]->r.drift_m[0] += 0.02;
-        CHECK(!spares());
+        for (int k = 0; k < 2; k++) {
+            begin(ROWS);
+            all[n]->r.drift_m[k] += 0.14;
+            CHECK(spares());
+            all[n]->r.drift_m[k] += 0.02;
+            CHECK(!spares());
+        }
         for (int kind = 0; kind < 6; kind++) {
             begin(ROWS);
             all[n]->tan_az[0] += kind == 0 ? 1e-6 : 0;
