@@ -353,6 +353,30 @@ TEST(what_is_deaf_once_says_nothing_and_twice_ends_the_water)
     CHECK_NEAR(free_at(0, 0), 10, 0, 0.13);
 }
 
+/* What echoed may stand where the openings overlap, and the beam that is nearer to that did not look so far. */
+TEST(an_echo_ends_what_the_beam_beside_it_does_not_reach)
+{
+    static const struct {
+        double wide_deg, beside_m, free_m;
+    } row[] = {{2, 10, 10}, {2, 0, 5}, {2, 3, 5}, {2, 4.9, 5}, {2, 7, 10}, {1, 0, 10}, {1, 3, 10}};
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++)
+        for (int side = -1; side <= 1; side += 2)
+            for (int head = 0; head < 2; head++) {
+                begin(head ? 1 : MOST, row[i].wide_deg);
+                for (int turn = 0; turn < 2; turn++)
+                    for (int k = 0; k < MOST; k++) {
+                        struct beam_echoes *b = &beam[head ? 0 : k];
+                        const bool echo = turn && k == 30, beside = turn && k == 30 + side;
+                        b->az_rad = (float)geo_rad(k - (MOST - 1) / 2.0);
+                        b->n = echo;
+                        b->free_to_m = echo ? 5.0f : beside ? (float)row[i].beside_m : 10.0f;
+                        if (head || k + 1 == MOST)
+                            send();
+                    }
+                CHECK_NEAR(free_from(4, -1.5 + side * 0.95, 0), row[i].free_m, 0, 0.13);
+            }
+}
+
 /* However it turns meanwhile, and whatever it hears next to the sensor later. */
 TEST(what_a_fan_is_deaf_to_twice_stays_ended)
 {
@@ -1103,6 +1127,7 @@ int main(void)
     RUN(nearer_than_beams_overlap_nothing_is_free);
     RUN(a_row_loses_little_by_the_way_of_its_beams);
     RUN(what_is_deaf_once_says_nothing_and_twice_ends_the_water);
+    RUN(an_echo_ends_what_the_beam_beside_it_does_not_reach);
     RUN(what_a_fan_is_deaf_to_twice_stays_ended);
     RUN(a_head_that_is_deaf_twice_ends_what_both_beams_looked_at);
     RUN(an_own_echo_ends_what_is_behind_it);

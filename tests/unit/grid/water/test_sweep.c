@@ -487,9 +487,10 @@ TEST(ranges_of_all_parts_of_a_beam_count_from_the_rows_place)
         next.beam[0].axis_m = part > 2 ? 0 : 0.9;
         next.beam[0].side_m = part > 1 ? 0 : 0.8;
         next.beam[0].edge_m = part > 0 ? 0 : 0.7;
-        next.beam[0].ends_m = 0.9;
+        next.beam[0].ends_m = INFINITY;
         next_at.place_m[0] = -0.1;
         send(3);
+        next.beam[0].ends_m = 0.9;
         next_at.place_m[0] = 0.1;
         send(0);
         write_row();
