@@ -103,11 +103,22 @@ static bool joins(const struct sweep *s, const struct sweep_look *next)
            fabs(turn) < WIDEST_RAD && turn * s->sense >= 0;
 }
 
-/* The row's first beams become its neighbour, until there is room for one more within 60 degrees; the last one stays,
- * for the next one joins it. */
+/* Would they and one more be too many or too wide? What its image is cut by, seen from the middle beam, ends nothing. */
+static bool is_full(const struct sweep *s, const struct sweep_look *next)
+{
+    const struct water_record *first = &s->look[s->first].at, *middle = &s->look[(s->first + s->n) / 2].at;
+    const double most_rad = CUT_RAD - next->shape.half_az_rad;
+    if (s->n == s->first)
+        return false;
+    return s->n - s->first >= SWEEP_BEAMS || fabs(azimuth(&next->at, first)) > WIDEST_RAD ||
+           fabs(azimuth(&next->at, middle)) > most_rad || fabs(azimuth(first, middle)) > most_rad;
+}
+
+/* The row's first beams become its neighbour, until there is room for one more within 60 degrees. The last one stays,
+ * for the next one joins it: beams of 40 degrees and more may be rows by themselves. */
 static void make_room(struct sweep *s, const struct sweep_look *next)
 {
-    while (s->n - s->first >= SWEEP_BEAMS || fabs(azimuth(&next->at, &s->look[s->first].at)) > WIDEST_RAD) {
+    while (is_full(s, next)) {
         if (s->first) {
             s->n--;
             memmove(s->look, s->look + 1, (size_t)s->n * sizeof *s->look);

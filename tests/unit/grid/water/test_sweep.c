@@ -558,6 +558,32 @@ TEST(no_row_is_wider_than_80_degrees_to_a_side)
     CHECK_NEAR(right_deg(), 80, 0, 1e-6);
 }
 
+/* Seen from its middle beam nothing of the last one is left out: an echo there ends older water. */
+TEST(no_beam_of_a_row_is_cut)
+{
+    static const struct {
+        double half_deg, turn_deg;
+        int beams;
+    } row[] = {{19, 59, 2}, {25, 50, 2}, {31, 50, 1}, {35, 50, 1},
+               {35, 40, 2}, {45, 29, 3}, {45, 36, 1}, {60, 40, 1}};
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++)
+        for (int side = -1; side <= 1; side += 2) {
+            begin();
+            next.shape.half_az_rad = geo_rad(row[i].half_deg);
+            next.beam[0].ends_m = 5;
+            for (int k = 0; k < 6; k++) {
+                send(side * row[i].turn_deg);
+                write_row();
+                const double off_deg = geo_deg(atan2(geo_dot(sweep.look[sweep.n - 1].at.axis[0], record.axis[1]),
+                                                     geo_dot(sweep.look[sweep.n - 1].at.axis[0], record.axis[0])));
+                CHECK(left_deg() <= off_deg - row[i].half_deg + 1e-6 || side > 0);
+                CHECK(right_deg() >= off_deg + row[i].half_deg - 1e-6 || side < 0);
+                CHECK_NEAR(ends_m(off_deg + side * (row[i].half_deg - 0.1)), 5, 0, UNIT_M);
+            }
+            CHECK_INT(sweep.n - sweep.first, row[i].beams);
+        }
+}
+
 /* Two are farther apart than their edges cross: nothing is said where they meet, and only there. */
 TEST(nothing_is_said_between_beams_that_are_apart)
 {
@@ -638,6 +664,7 @@ int main(void)
     RUN(ranges_of_all_parts_of_a_beam_count_from_the_rows_place);
     RUN(a_row_ends_water_between_the_edges_of_its_beams);
     RUN(no_row_is_wider_than_80_degrees_to_a_side);
+    RUN(no_beam_of_a_row_is_cut);
     RUN(nothing_is_said_between_beams_that_are_apart);
     RUN(beams_begin_where_they_leave_no_gap_to_either_neighbour);
     RUN(a_row_tells_how_its_axes_diverge);
