@@ -7,8 +7,9 @@
 #include "grid/geometry.h"
 
 #define NEAR_M    0.15
-#define NEAR_COS  0.99756 /* of 4 degrees */
-#define ALIKE_M   0.05    /* ends of free water that differ by less are the same */
+#define NEAR_RAD  (4 * GEO_PI / 180)
+#define CLOSE_M   2.0  /* as seen from so far, or farther away, images of two places overlap */
+#define ALIKE_M   0.05 /* ends of free water that differ by less are the same */
 #define ALIKE_TAN 1e-9
 
 static double way_m(const struct water_record *a, const struct water_record *b)
@@ -23,11 +24,21 @@ static bool drifted_little(const struct water_record *a, const struct water_reco
     return fabs(a->drift_m[0] - b->drift_m[0]) <= NEAR_M && fabs(a->drift_m[1] - b->drift_m[1]) <= NEAR_M;
 }
 
+/* Half of an image's width or height, whichever is less. */
+static double half_rad(const struct water_image *image)
+{
+    const double wide_rad = atan(image->tan_az[image->columns]) - atan(image->tan_az[0]),
+                 high_rad = atan(image->tan_el[image->rows]) - atan(image->tan_el[0]);
+    return fmin(wide_rad, high_rad) / 2;
+}
+
+/* What a narrow image shows only others show that overlap it. */
 static bool is_near(const struct water_record *a, const struct water_record *b)
 {
-    bool near = way_m(a, b) <= NEAR_M && drifted_little(a, b);
+    const double half = half_rad(&a->image), least_cos = cos(fmin(NEAR_RAD, half));
+    bool near = way_m(a, b) <= fmin(NEAR_M, half * CLOSE_M) && drifted_little(a, b);
     for (int k = 0; k < 3; k++)
-        near = near && geo_dot(a->axis[k], b->axis[k]) >= NEAR_COS;
+        near = near && geo_dot(a->axis[k], b->axis[k]) >= least_cos;
     return near;
 }
 

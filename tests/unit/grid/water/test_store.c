@@ -500,6 +500,21 @@ TEST(a_fan_that_creeps_or_turns_slowly_is_thinned)
     }
 }
 
+/* No less of what a fan has seen while it turned or pitched is free if it is narrow. */
+TEST(a_narrow_fan_leaves_no_gaps_as_it_turns)
+{
+    for (int pitches = 0; pitches < 2; pitches++) {
+        begin(pitches ? 20 : 2, pitches ? 4 : 1);
+        ping.el_aperture_rad = (float)geo_rad(pitches ? 2 : 25);
+        for (int i = 0; i <= 60; i++) {
+            quat_from_rpy(0, pitches ? geo_rad(0.3) * i : 0, pitches ? 0 : geo_rad(0.3) * i, pose.attitude);
+            send();
+        }
+        for (double deg = 0; deg < 18; deg += 0.4)
+            CHECK_NEAR(free_at(pitches ? 2 : deg, pitches ? deg : 0), 10, 0, 0.13);
+    }
+}
+
 /* What is spared is not told by one that is much older: here one beam is deaf in the newest ping alone. */
 TEST(of_a_fan_that_turns_to_and_fro_some_are_kept)
 {
@@ -1134,6 +1149,7 @@ int main(void)
     RUN(a_fan_is_thinned_and_what_one_ping_alone_shows_is_kept);
     RUN(what_a_still_fan_frees_in_some_pings_is_free);
     RUN(a_fan_that_creeps_or_turns_slowly_is_thinned);
+    RUN(a_narrow_fan_leaves_no_gaps_as_it_turns);
     RUN(of_a_fan_that_turns_to_and_fro_some_are_kept);
     RUN(pings_of_a_fan_that_drifts_are_joined_for_a_while);
     RUN(a_fan_that_moves_is_kept);

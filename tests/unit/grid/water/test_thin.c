@@ -124,6 +124,27 @@ TEST(a_record_between_two_that_are_near_and_alike_is_spared)
     }
 }
 
+/* All that a narrow one shows those beside it must show as well: they overlap by half, from 2 m on. */
+TEST(a_narrow_record_is_spared_by_those_that_overlap_it)
+{
+    for (int high = 0; high < 2; high++)
+        for (int n = 0; n < 3; n++)
+            for (int kind = 0; kind < 4; kind++) {
+                begin(ROWS);
+                for (int i = 0; i < 3; i++) { /* 3 degrees wide or high, and 12 the other way */
+                    for (int x = 0; x <= COLUMNS; x++)
+                        all[i]->tan_az[x] = tan(geo_rad((high ? 12.0 : 3.0) * (x / (double)COLUMNS - 0.5)));
+                    for (int y = 0; y <= ROWS; y++)
+                        all[i]->tan_el[y] = tan(geo_rad((high ? 3.0 : 12.0) * (y / (double)ROWS - 0.5)));
+                }
+                if (kind < 2)
+                    turn(&all[n]->r, high ? 1 : 2, kind ? 1.55 : 1.45);
+                else
+                    all[n]->r.place_m[high ? 2 : 1] += 2 * geo_rad(kind == 3 ? 1.55 : 1.45);
+                CHECK_INT(spares(), kind % 2 == 0);
+            }
+}
+
 /* By both, and by one of them in the very same beam. */
 TEST(an_end_must_be_seen_by_those_before_and_behind)
 {
@@ -455,6 +476,7 @@ TEST(one_record_of_two_is_as_old_and_as_uncertain_as_the_worse)
 int main(void)
 {
     RUN(a_record_between_two_that_are_near_and_alike_is_spared);
+    RUN(a_narrow_record_is_spared_by_those_that_overlap_it);
     RUN(an_end_must_be_seen_by_those_before_and_behind);
     RUN(an_end_is_looked_for_where_it_is_seen_from_elsewhere);
     RUN(an_end_in_the_sensor_is_that_of_the_same_direction);
