@@ -500,6 +500,23 @@ TEST(a_fan_that_creeps_or_turns_slowly_is_thinned)
     }
 }
 
+/* However slowly the vehicle turns meanwhile: a row of next to no width would shrink by all that it pitches. Each ping
+ * of one is a record of the same size. */
+TEST(a_beam_that_stands_is_free_as_the_vehicle_pitches)
+{
+    for (int wide = 0; wide < 2; wide++) {
+        begin(1, wide ? 12 : 2);
+        for (int i = 0; i < 300; i++) {
+            const double yaw_deg = 3 * sin(i * 0.02), pitch_deg = 2 * sin(i * 0.2);
+            quat_from_rpy(0, geo_rad(pitch_deg), geo_rad(yaw_deg), pose.attitude);
+            send();
+            if (i > 20 && i % 7 == 0)
+                CHECK_NEAR(free_at(yaw_deg, pitch_deg), 10, 0, 0.13);
+        }
+        CHECK(store->pool.n <= (wide ? 25 : 160));
+    }
+}
+
 /* No less of what a fan has seen while it turned or pitched is free if it is narrow. */
 TEST(a_narrow_fan_leaves_no_gaps_as_it_turns)
 {
@@ -1149,6 +1166,7 @@ int main(void)
     RUN(a_fan_is_thinned_and_what_one_ping_alone_shows_is_kept);
     RUN(what_a_still_fan_frees_in_some_pings_is_free);
     RUN(a_fan_that_creeps_or_turns_slowly_is_thinned);
+    RUN(a_beam_that_stands_is_free_as_the_vehicle_pitches);
     RUN(a_narrow_fan_leaves_no_gaps_as_it_turns);
     RUN(of_a_fan_that_turns_to_and_fro_some_are_kept);
     RUN(pings_of_a_fan_that_drifts_are_joined_for_a_while);

@@ -111,7 +111,7 @@ TEST(a_beam_joins_the_one_before_if_the_head_goes_on)
         {3, 2, 10, 0, 0, 10, true},     {3, 2, 10, 0, 4, 10, true},     {3, 2, 10, 0, 5, 10, false},
         {3, 2, 10, 0, 0, 0, true},      {3, 2, 10, 0, 0, -1, false},    {3, 2.1, 10, 0, 0, 10, false},
         {3, 2, 10.1, 0, 0, 10, false},  {3, 2, 10, 0.1, 0, 10, false},  {0, 2, 10, 0, 0, 10, false},
-        {5e-5, 2, 10, 0, 0, 10, false}, {7e-5, 2, 10, 0, 0, 10, true}, /* a millionth */
+        {0.24, 2, 10, 0, 0, 10, false}, {0.26, 2, 10, 0, 0, 10, true}, /* an eighth */
         {59.9, 2, 10, 0, 0, 10, true},  {60.1, 2, 10, 0, 0, 10, false},
     };
     for (size_t i = 0; i < sizeof c / sizeof *c; i++)
@@ -148,7 +148,7 @@ TEST(wide_beams_make_a_row_only_where_the_head_turns_fast)
     static const struct {
         double half_deg, turn_deg;
         bool joins;
-    } c[] = {{4.99, 0.5, true}, {5.01, 2.4, false}, {5.01, 2.6, true}, {5.01, -2.4, false}, {5.01, -2.6, true}};
+    } c[] = {{4.99, 0.65, true}, {5.01, 2.4, false}, {5.01, 2.6, true}, {5.01, -2.4, false}, {5.01, -2.6, true}};
     for (size_t i = 0; i < sizeof c / sizeof *c; i++) {
         begin();
         next.shape.half_az_rad = geo_rad(c[i].half_deg);
