@@ -45,12 +45,14 @@ struct column {
     const struct row_beam *beam;
     enum row_part part;
     bool beyond; /* it is another beam's own, which alone says what an echo ends there */
+    double from_rad, to_rad;
     double seam; /* so far off the axis it may meet another's, as a share of half the width; 0: it meets none */
 };
 
 struct writing {
     const struct row_shape *shape;
-    const struct row_beam *beam; /* the first one */
+    const struct row_beam *beam; /* the first one ... */
+    size_t n;                    /* ... of so many */
     struct row_room *room;
     struct column column[WATER_COLUMNS];
     uint32_t columns;
@@ -69,7 +71,8 @@ static void add_column(struct writing *w, const struct row_beam *beam, enum row_
 {
     if (!(to_rad > w->end_rad) || w->columns == WATER_COLUMNS)
         return;
-    w->column[w->columns++] = (struct column){.beam = beam, .part = part, .beyond = beyond};
+    w->column[w->columns++] =
+        (struct column){.beam = beam, .part = part, .beyond = beyond, .from_rad = w->end_rad, .to_rad = to_rad};
     w->end_rad = to_rad;
     w->room->tan_az[w->columns] = tan(to_rad);
 }
@@ -217,13 +220,35 @@ static struct water_cell seam_cell(const struct writing *w, const struct column 
     return row_cell(beam, part, part == ROW_EDGE ? fmax(near_m, beam->edge_near_m) : near_m, ends_m);
 }
 
+/* The nearer of two ends, if the other beam's lies beyond what its own shows. */
+static double nearer_end(const struct row_beam *own, double ends_m, const struct row_beam *other)
+{
+    return other->ends_m >= own->axis_m ? fmin(ends_m, other->ends_m) : ends_m;
+}
+
+/* What another beam shows in the part of one that hears there is not in it, for that one would hear it better. Where it
+ * is deaf, or reaches less far, the other's echo may be anywhere in its opening. */
+static double ends_of(const struct writing *w, const struct column *c)
+{
+    const double half = w->shape->half_az_rad - ROUNDING;
+    const struct row_beam *own = c->beam, *end = w->beam + w->n;
+    double ends_m = own->ends_m;
+    if (c->beyond || c->part == ROW_NOTHING)
+        return INFINITY;
+    for (const struct row_beam *b = own; b > w->beam && b[-1].az_rad + half > c->from_rad; b--)
+        ends_m = nearer_end(own, ends_m, b - 1);
+    for (const struct row_beam *b = own + 1; b < end && b->az_rad - half < c->to_rad; b++)
+        ends_m = nearer_end(own, ends_m, b);
+    return ends_m;
+}
+
 /* A cell is as far off the axis as its column or its row, whichever is farther. */
 static void write_cells(const struct writing *w)
 {
     static const enum row_part part_of_row[ROW_ROWS] = {ROW_EDGE, ROW_SIDE, ROW_AXIS, ROW_SIDE, ROW_EDGE};
     for (uint32_t i = 0; i < w->columns; i++) {
         const struct column *c = &w->column[i];
-        const double ends_m = c->beyond || c->part == ROW_NOTHING ? INFINITY : c->beam->ends_m;
+        const double ends_m = ends_of(w, c);
         for (uint32_t row = 0; row < ROW_ROWS; row++) {
             const enum row_part part = c->part > part_of_row[row] ? c->part : part_of_row[row];
             const double join_m = w->shape->join_m ? w->shape->join_m[c->beam - w->beam][row] : 0,
@@ -246,7 +271,7 @@ static double nearest_m(const struct row_beam *beam, size_t n)
 void row_write(struct water_record *record, struct row_room *room, const struct row_shape *shape,
                const struct row_beam *beam, size_t n)
 {
-    struct writing w = {.shape = shape, .beam = beam, .room = room};
+    struct writing w = {.shape = shape, .beam = beam, .n = n, .room = room};
     for (size_t i = 0; i < n; i++)
         w.nested = w.nested || row_is_nested(&beam[i]);
     w.seam = seam_share(shape, beam, n);

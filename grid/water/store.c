@@ -121,7 +121,17 @@ static const struct water_record *base_of(const struct water_record *before, con
                                                                                                         : middle;
 }
 
-/* The record before goes if it is spared, or joins those from the same place, as the newest does. */
+/* The newest record of the sensor goes if the one before it and the next one spare it. */
+static void spare(struct store *s, const struct water_record *next)
+{
+    const struct water_record *middle = pool_of(&s->pool, next->sensor, 0),
+                              *before = pool_of(&s->pool, next->sensor, 1);
+    if (before && before->newest_ns <= middle->newest_ns && thin_spares(before, middle, next))
+        pool_drop(&s->pool, next->sensor, middle->seq);
+}
+
+/* The record before goes if it is spared, or joins those from the same place, as the newest does. What is joined no
+ * more may be spared in turn: a vehicle that creeps, or turns slowly, has left that place after a few pings. */
 static void keep_thinned(struct store *s, const struct water_record *record)
 {
     const struct water_record *middle = pool_of(&s->pool, record->sensor, 0),
@@ -137,9 +147,11 @@ static void keep_thinned(struct store *s, const struct water_record *record)
         pool_drop(&s->pool, record->sensor, seq);
         if (both)
             pool_drop(&s->pool, record->sensor, seq);
+        else if (follow)
+            spare(s, &joined);
         pool_keep(&s->pool, &joined);
-    } else if (follow && thin_spares(before, middle, record))
-        pool_drop(&s->pool, record->sensor, middle->seq);
+    } else if (follow)
+        spare(s, record);
     pool_keep(&s->pool, record);
 }
 

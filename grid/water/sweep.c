@@ -7,9 +7,10 @@
 #define WIDEST_RAD (60 * GEO_PI / 180)
 #define CUT_RAD    (80 * GEO_PI / 180)
 #define WIDE_RAD                                                                                                  \
-    (5 * GEO_PI / 180)  /* tiles lie in one beam of twice as much, unless it turns by a quarter of that */
-#define STANDS_RAD 1e-6 /* a head that has turned by less stands */
-#define LOST_MOST  4    /* pings between two that follow each other in a row */
+    (5 * GEO_PI / 180) /* tiles lie in one beam of twice as much, unless it turns by a quarter of that */
+#define STANDS                                                                                                    \
+    0.125 /* of half a beam's width: a head that has turned by less stands, tiles lie in one of its beams */
+#define LOST_MOST 4 /* pings between two that follow each other in a row */
 
 /* Beams that leave a gap as far as this are taken apart, rather than that all of the row begins there. */
 #define JOIN_MOST_M 6.0
@@ -98,16 +99,27 @@ static bool joins(const struct sweep *s, const struct sweep_look *next)
     const double turn = azimuth(&next->at, &last->at);
     return next->at.seq - last->at.seq - 1 <= LOST_MOST && next->at.t_ns >= last->at.t_ns &&
            next->shape.el_rad == last->shape.el_rad && next->shape.half_az_rad == last->shape.half_az_rad &&
-           next->shape.half_el_rad == last->shape.half_el_rad && fabs(turn) > STANDS_RAD &&
+           next->shape.half_el_rad == last->shape.half_el_rad && fabs(turn) > STANDS * next->shape.half_az_rad &&
            (next->shape.half_az_rad < WIDE_RAD || fabs(turn) > next->shape.half_az_rad / 2) &&
            fabs(turn) < WIDEST_RAD && turn * s->sense >= 0;
 }
 
-/* The row's first beams become its neighbour, until there is room for one more within 60 degrees; the last one stays,
- * for the next one joins it. */
+/* Would they and one more be too many or too wide? What its image is cut by, seen from the middle beam, ends nothing. */
+static bool is_full(const struct sweep *s, const struct sweep_look *next)
+{
+    const struct water_record *first = &s->look[s->first].at, *middle = &s->look[(s->first + s->n) / 2].at;
+    const double most_rad = CUT_RAD - next->shape.half_az_rad;
+    if (s->n == s->first)
+        return false;
+    return s->n - s->first >= SWEEP_BEAMS || fabs(azimuth(&next->at, first)) > WIDEST_RAD ||
+           fabs(azimuth(&next->at, middle)) > most_rad || fabs(azimuth(first, middle)) > most_rad;
+}
+
+/* The row's first beams become its neighbour, until there is room for one more within 60 degrees. The last one stays,
+ * for the next one joins it: beams of 40 degrees and more may be rows by themselves. */
 static void make_room(struct sweep *s, const struct sweep_look *next)
 {
-    while (s->n - s->first >= SWEEP_BEAMS || fabs(azimuth(&next->at, &s->look[s->first].at)) > WIDEST_RAD) {
+    while (is_full(s, next)) {
         if (s->first) {
             s->n--;
             memmove(s->look, s->look + 1, (size_t)s->n * sizeof *s->look);
@@ -280,8 +292,11 @@ void sweep_write(const struct sweep *s, struct water_record *record, struct row_
                  end = end_of(s, &middle->at, last, -1);
     shape.from_rad = fmax(n == 1 ? -shape.half_az_rad : fmin(begin, end), -CUT_RAD);
     shape.to_rad = fmin(n == 1 ? shape.half_az_rad : fmax(begin, end), CUT_RAD);
-    shape.outer_rad[0] = fmax(fmin(beam[0].az_rad - shape.half_az_rad, shape.from_rad), -CUT_RAD);
-    shape.outer_rad[1] = fmin(fmax(beam[n - 1].az_rad + shape.half_az_rad, shape.to_rad), CUT_RAD);
+    /* one alone has its own part only, and no other columns by a rounded bearing: its pings may join */
+    const double first_rad = n == 1 ? shape.from_rad : beam[0].az_rad - shape.half_az_rad,
+                 last_rad = n == 1 ? shape.to_rad : beam[n - 1].az_rad + shape.half_az_rad;
+    shape.outer_rad[0] = fmax(fmin(first_rad, shape.from_rad), -CUT_RAD);
+    shape.outer_rad[1] = fmin(fmax(last_rad, shape.to_rad), CUT_RAD);
     shape.join_m = (const double(*)[ROW_ROWS])join_m;
     row_write(record, room, &shape, beam, (size_t)n);
 }

@@ -34,9 +34,9 @@ struct sweep {
 
 /**
  * sweep_add - the next beam, whose record is as beams_begin has it and whose row holds it alone. False: it does not
- * join those before it; many pings are lost between, the head has turned back or stands, or together they would be
- * wider than 60 degrees, or the beam is ten degrees wide and the head turns slowly: it begins a row. Between beams that
- * leave a gap nothing is said. Only of a row that goes on are the oldest beams left out.
+ * join those before it; many pings are lost between, the head has turned back, or by less than a sixteenth of the beam,
+ * or together they would be wider than 60 degrees, or the beam is ten degrees wide and the head turns slowly: it begins
+ * a row. Between beams that leave a gap nothing is said. Only of a row that goes on are the oldest beams left out.
  */
 bool sweep_add(struct sweep *s, const struct water_record *at, const struct beams_row *row);
 

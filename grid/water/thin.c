@@ -7,8 +7,9 @@
 #include "grid/geometry.h"
 
 #define NEAR_M    0.15
-#define NEAR_COS  0.99756 /* of 4 degrees */
-#define ALIKE_M   0.05    /* ends of free water that differ by less are the same */
+#define NEAR_RAD  (4 * GEO_PI / 180)
+#define CLOSE_M   2.0  /* as seen from so far, or farther away, images of two places overlap */
+#define ALIKE_M   0.05 /* ends of free water that differ by less are the same */
 #define ALIKE_TAN 1e-9
 
 static double way_m(const struct water_record *a, const struct water_record *b)
@@ -18,11 +19,26 @@ static double way_m(const struct water_record *a, const struct water_record *b)
     return geo_length(way);
 }
 
+static bool drifted_little(const struct water_record *a, const struct water_record *b)
+{
+    return fabs(a->drift_m[0] - b->drift_m[0]) <= NEAR_M && fabs(a->drift_m[1] - b->drift_m[1]) <= NEAR_M;
+}
+
+/* Half of an image's width or height, whichever is less. */
+static double half_rad(const struct water_image *image)
+{
+    const double wide_rad = atan(image->tan_az[image->columns]) - atan(image->tan_az[0]),
+                 high_rad = atan(image->tan_el[image->rows]) - atan(image->tan_el[0]);
+    return fmin(wide_rad, high_rad) / 2;
+}
+
+/* What a narrow image shows only others show that overlap it. */
 static bool is_near(const struct water_record *a, const struct water_record *b)
 {
-    bool near = way_m(a, b) <= NEAR_M && fabs(a->drift_m[0] - b->drift_m[0]) <= NEAR_M;
+    const double half = half_rad(&a->image), least_cos = cos(fmin(NEAR_RAD, half));
+    bool near = way_m(a, b) <= fmin(NEAR_M, half * CLOSE_M) && drifted_little(a, b);
     for (int k = 0; k < 3; k++)
-        near = near && geo_dot(a->axis[k], b->axis[k]) >= NEAR_COS;
+        near = near && geo_dot(a->axis[k], b->axis[k]) >= least_cos;
     return near;
 }
 
@@ -37,6 +53,8 @@ static bool is_alike(const struct water_image *a, const struct water_image *b)
 /* A place where a record's water ends. */
 struct place {
     double north_m[3]; /* NED */
+    double to[3];      /* the direction from the record's own place to it ... */
+    double at_m;       /* ... and how far away it is */
     int row;
 };
 
@@ -51,15 +69,18 @@ static bool shows_end_in(const struct water_image *image, int row, int column, d
     return false;
 }
 
-/* All rows of one elevation end at the same echoes. */
+/* All rows of one elevation end at the same echoes. What is as near as sensors may be apart ends the direction. */
 static bool shows_end(const struct water_record *r, const struct place *p, int beside)
 {
     const struct water_image *image = &r->image;
-    const double to[3] = {p->north_m[0] - r->place_m[0], p->north_m[1] - r->place_m[1],
-                          p->north_m[2] - r->place_m[2]};
-    const double ahead = geo_dot(to, r->axis[0]), right = geo_dot(to, r->axis[1]), range_m = geo_length(to);
+    const bool here = p->at_m <= NEAR_M;
+    double to[3];
+    for (int k = 0; k < 3; k++)
+        to[k] = here ? p->to[k] : p->north_m[k] - r->place_m[k];
+    const double ahead = geo_dot(to, r->axis[0]), right = geo_dot(to, r->axis[1]),
+                 range_m = here ? p->at_m : geo_length(to);
     if (ahead <= 0)
-        return range_m <= NEAR_M; /* the sensor is all but there */
+        return false;
     const int column = water_image_find(image->tan_az, image->columns, right / ahead);
     if (image->parts == image->rows)
         return shows_end_in(image, p->row, column, range_m, beside);
@@ -76,12 +97,13 @@ static struct place end_of(const struct water_record *r, int row, int column)
     const struct water_image *image = &r->image;
     const double tan_az = (image->tan_az[column] + image->tan_az[column + 1]) / 2,
                  tan_el = (image->tan_el[row] + image->tan_el[row + 1]) / 2;
-    const double to_m = image->cell[row * image->columns + column].ends * WATER_UNIT_M;
-    const double ahead = to_m / sqrt((1 + tan_az * tan_az) * (1 + tan_el * tan_el)), right = ahead * tan_az,
+    const double ahead = 1 / sqrt((1 + tan_az * tan_az) * (1 + tan_el * tan_el)), right = ahead * tan_az,
                  down = -tan_el * sqrt(ahead * ahead + right * right);
-    struct place p = {.row = row};
-    for (int k = 0; k < 3; k++)
-        p.north_m[k] = r->place_m[k] + ahead * r->axis[0][k] + right * r->axis[1][k] + down * r->axis[2][k];
+    struct place p = {.at_m = image->cell[row * image->columns + column].ends * WATER_UNIT_M, .row = row};
+    for (int k = 0; k < 3; k++) {
+        p.to[k] = ahead * r->axis[0][k] + right * r->axis[1][k] + down * r->axis[2][k];
+        p.north_m[k] = r->place_m[k] + p.at_m * p.to[k];
+    }
     return p;
 }
 
@@ -105,6 +127,8 @@ bool thin_spares(const struct water_record *before, const struct water_record *m
                  const struct water_record *newest)
 {
     const struct water_image *image = &middle->image;
+    if (newest->newest_ns > before->t_ns + THIN_JOINED_NS)
+        return false;
     if (!is_near(before, newest) || !is_near(before, middle) || !is_alike(&before->image, image) ||
         !is_alike(image, &newest->image))
         return false;
@@ -140,8 +164,9 @@ bool thin_is_still(const struct water_record *older, const struct water_record *
 {
     const struct water_image *a = &older->image, *b = &newer->image;
     if (way_m(older, newer) > STILL_M || newer->path_m - older->path_m > STILL_M ||
-        turned_rad(older, newer) > STILL_RAD || a->columns != b->columns || a->rows != b->rows ||
-        !is_same(a->tan_az, b->tan_az, a->columns + 1) || !is_same(a->tan_el, b->tan_el, a->rows + 1))
+        !drifted_little(older, newer) || turned_rad(older, newer) > STILL_RAD || a->columns != b->columns ||
+        a->rows != b->rows || !is_same(a->tan_az, b->tan_az, a->columns + 1) ||
+        !is_same(a->tan_el, b->tan_el, a->rows + 1))
         return false;
     for (int i = 0; older->echoes && i < a->columns * a->rows; i++)
         if (a->cell[i].ends != WATER_NO_END &&

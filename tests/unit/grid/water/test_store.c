@@ -353,6 +353,47 @@ TEST(what_is_deaf_once_says_nothing_and_twice_ends_the_water)
     CHECK_NEAR(free_at(0, 0), 10, 0, 0.13);
 }
 
+/* What echoed may stand where the openings overlap, and the beam that is nearer to that did not look so far. */
+TEST(an_echo_ends_what_the_beam_beside_it_does_not_reach)
+{
+    static const struct {
+        double wide_deg, beside_m, free_m;
+    } row[] = {{2, 10, 10}, {2, 0, 5}, {2, 3, 5}, {2, 4.9, 5}, {2, 7, 10}, {1, 0, 10}, {1, 3, 10}};
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++)
+        for (int side = -1; side <= 1; side += 2)
+            for (int head = 0; head < 2; head++) {
+                begin(head ? 1 : MOST, row[i].wide_deg);
+                for (int turn = 0; turn < 2; turn++)
+                    for (int k = 0; k < MOST; k++) {
+                        struct beam_echoes *b = &beam[head ? 0 : k];
+                        const bool echo = turn && k == 30, beside = turn && k == 30 + side;
+                        b->az_rad = (float)geo_rad(k - (MOST - 1) / 2.0);
+                        b->n = echo;
+                        b->free_to_m = echo ? 5.0f : beside ? (float)row[i].beside_m : 10.0f;
+                        if (head || k + 1 == MOST)
+                            send();
+                    }
+                CHECK_NEAR(free_from(4, -1.5 + side * 0.95, 0), row[i].free_m, 0, 0.13);
+            }
+}
+
+/* However it turns meanwhile, and whatever it hears next to the sensor later. */
+TEST(what_a_fan_is_deaf_to_twice_stays_ended)
+{
+    for (int side = -1; side <= 1; side += 2) {
+        begin(MOST, 1);
+        for (int i = 0; i < 16; i++) {
+            quat_from_rpy(0, 0, side * geo_rad(0.1) * i, pose.attitude);
+            beam[30].free_to_m = i < 10 ? 10.0f : i < 12 ? 0.0f : 3.0f;
+            send();
+            if (i < 10)
+                CHECK(free_from(4, -1.5 + side * 0.1 * i, 0) > 9.8);
+        }
+        CHECK(free_from(4, -1.5 + side * 1.1, 0) <= 4);
+        CHECK(free_from(0.5, -1.5 + side * 1.5, 0) > 2.8);
+    }
+}
+
 TEST(a_head_that_is_deaf_twice_ends_what_both_beams_looked_at)
 {
     begin(1, 2.5);
@@ -437,6 +478,85 @@ TEST(what_a_still_fan_frees_in_some_pings_is_free)
     CHECK_NEAR(free_at(0.5, 0), 6, 0, 0.13);
     ping.t_ns += 28 * SECOND; /* the echo stays, whatever frees the water before it */
     CHECK_NEAR(free_at(0.5, 0), 6, 0, 0.13);
+}
+
+/* Pings are joined from a thousandth of a radian, or from a centimetre: what has come farther is spared. */
+TEST(a_fan_that_creeps_or_turns_slowly_is_thinned)
+{
+    for (int kind = 0; kind < 4; kind++) {
+        begin(MOST, 1);
+        for (int i = 0; i < 300; i++) {
+            if (kind < 2)
+                quat_from_rpy(0, 0, geo_rad(kind ? 0.05 : 0.02) * i, pose.attitude);
+            else {
+                pose.position_m[1] += kind == 2 ? 0.006 : 0.002;
+                pose.path_m += kind == 2 ? 0.006 : 0.002;
+            }
+            send();
+        }
+        CHECK(store->pool.n <= 25);
+        if (kind == 1)
+            CHECK_NEAR(free_at(-31, 0), 10, 0, 0.13); /* 28 s ago */
+    }
+}
+
+/* However slowly the vehicle turns meanwhile: a row of next to no width would shrink by all that it pitches. Each ping
+ * of one is a record of the same size. */
+TEST(a_beam_that_stands_is_free_as_the_vehicle_pitches)
+{
+    for (int wide = 0; wide < 2; wide++) {
+        begin(1, wide ? 12 : 2);
+        for (int i = 0; i < 300; i++) {
+            const double yaw_deg = 3 * sin(i * 0.02), pitch_deg = 2 * sin(i * 0.2);
+            quat_from_rpy(0, geo_rad(pitch_deg), geo_rad(yaw_deg), pose.attitude);
+            send();
+            if (i > 20 && i % 7 == 0)
+                CHECK_NEAR(free_at(yaw_deg, pitch_deg), 10, 0, 0.13);
+        }
+        CHECK(store->pool.n <= (wide ? 25 : 160));
+    }
+}
+
+/* No less of what a fan has seen while it turned or pitched is free if it is narrow. */
+TEST(a_narrow_fan_leaves_no_gaps_as_it_turns)
+{
+    for (int pitches = 0; pitches < 2; pitches++) {
+        begin(pitches ? 20 : 2, pitches ? 4 : 1);
+        ping.el_aperture_rad = (float)geo_rad(pitches ? 2 : 25);
+        for (int i = 0; i <= 60; i++) {
+            quat_from_rpy(0, pitches ? geo_rad(0.3) * i : 0, pitches ? 0 : geo_rad(0.3) * i, pose.attitude);
+            send();
+        }
+        for (double deg = 0; deg < 18; deg += 0.4)
+            CHECK_NEAR(free_at(pitches ? 2 : deg, pitches ? deg : 0), 10, 0, 0.13);
+    }
+}
+
+/* What is spared is not told by one that is much older: here one beam is deaf in the newest ping alone. */
+TEST(of_a_fan_that_turns_to_and_fro_some_are_kept)
+{
+    begin(MOST, 1);
+    for (int i = 0; i < 400; i++) {
+        const double yaw_deg = 0.1 * abs(i % 40 - 20);
+        quat_from_rpy(0, 0, geo_rad(yaw_deg), pose.attitude);
+        beam[30].free_to_m = i == 399 ? 0.0f : 10.0f;
+        send();
+        if (i == 399)
+            CHECK_NEAR(free_at(-1.5 + yaw_deg, 0), 10, 0, 0.13);
+    }
+}
+
+/* All pings are from the same place, as far as poses tell. What they show is as old as the drift since. */
+TEST(pings_of_a_fan_that_drifts_are_joined_for_a_while)
+{
+    begin(MOST, 1);
+    for (int i = 0; i < 100; i++) {
+        pose.drift_m[0] += 0.05;
+        beam[30].free_to_m = i % 10 ? 10.0f : 0.0f;
+        send();
+        if (i > 50 && i % 10 == 0)
+            CHECK(free_from(4, -1.5, 0) > 9.5);
+    }
 }
 
 TEST(a_fan_that_moves_is_kept)
@@ -1039,10 +1159,17 @@ int main(void)
     RUN(nearer_than_beams_overlap_nothing_is_free);
     RUN(a_row_loses_little_by_the_way_of_its_beams);
     RUN(what_is_deaf_once_says_nothing_and_twice_ends_the_water);
+    RUN(an_echo_ends_what_the_beam_beside_it_does_not_reach);
+    RUN(what_a_fan_is_deaf_to_twice_stays_ended);
     RUN(a_head_that_is_deaf_twice_ends_what_both_beams_looked_at);
     RUN(an_own_echo_ends_what_is_behind_it);
     RUN(a_fan_is_thinned_and_what_one_ping_alone_shows_is_kept);
     RUN(what_a_still_fan_frees_in_some_pings_is_free);
+    RUN(a_fan_that_creeps_or_turns_slowly_is_thinned);
+    RUN(a_beam_that_stands_is_free_as_the_vehicle_pitches);
+    RUN(a_narrow_fan_leaves_no_gaps_as_it_turns);
+    RUN(of_a_fan_that_turns_to_and_fro_some_are_kept);
+    RUN(pings_of_a_fan_that_drifts_are_joined_for_a_while);
     RUN(a_fan_that_moves_is_kept);
     RUN(old_water_is_free_no_more);
     RUN(a_ping_whose_pose_is_hardly_known_ends_nothing);

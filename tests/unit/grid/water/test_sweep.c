@@ -111,7 +111,7 @@ TEST(a_beam_joins_the_one_before_if_the_head_goes_on)
         {3, 2, 10, 0, 0, 10, true},     {3, 2, 10, 0, 4, 10, true},     {3, 2, 10, 0, 5, 10, false},
         {3, 2, 10, 0, 0, 0, true},      {3, 2, 10, 0, 0, -1, false},    {3, 2.1, 10, 0, 0, 10, false},
         {3, 2, 10.1, 0, 0, 10, false},  {3, 2, 10, 0.1, 0, 10, false},  {0, 2, 10, 0, 0, 10, false},
-        {5e-5, 2, 10, 0, 0, 10, false}, {7e-5, 2, 10, 0, 0, 10, true}, /* a millionth */
+        {0.24, 2, 10, 0, 0, 10, false}, {0.26, 2, 10, 0, 0, 10, true}, /* an eighth */
         {59.9, 2, 10, 0, 0, 10, true},  {60.1, 2, 10, 0, 0, 10, false},
     };
     for (size_t i = 0; i < sizeof c / sizeof *c; i++)
@@ -148,7 +148,7 @@ TEST(wide_beams_make_a_row_only_where_the_head_turns_fast)
     static const struct {
         double half_deg, turn_deg;
         bool joins;
-    } c[] = {{4.99, 0.5, true}, {5.01, 2.4, false}, {5.01, 2.6, true}, {5.01, -2.4, false}, {5.01, -2.6, true}};
+    } c[] = {{4.99, 0.65, true}, {5.01, 2.4, false}, {5.01, 2.6, true}, {5.01, -2.4, false}, {5.01, -2.6, true}};
     for (size_t i = 0; i < sizeof c / sizeof *c; i++) {
         begin();
         next.shape.half_az_rad = geo_rad(c[i].half_deg);
@@ -487,9 +487,10 @@ TEST(ranges_of_all_parts_of_a_beam_count_from_the_rows_place)
         next.beam[0].axis_m = part > 2 ? 0 : 0.9;
         next.beam[0].side_m = part > 1 ? 0 : 0.8;
         next.beam[0].edge_m = part > 0 ? 0 : 0.7;
-        next.beam[0].ends_m = 0.9;
+        next.beam[0].ends_m = INFINITY;
         next_at.place_m[0] = -0.1;
         send(3);
+        next.beam[0].ends_m = 0.9;
         next_at.place_m[0] = 0.1;
         send(0);
         write_row();
@@ -555,6 +556,32 @@ TEST(no_row_is_wider_than_80_degrees_to_a_side)
     CHECK_INT(sweep.n, 2);
     CHECK_NEAR(left_deg(), -80, 0, 1e-6);
     CHECK_NEAR(right_deg(), 80, 0, 1e-6);
+}
+
+/* Seen from its middle beam nothing of the last one is left out: an echo there ends older water. */
+TEST(no_beam_of_a_row_is_cut)
+{
+    static const struct {
+        double half_deg, turn_deg;
+        int beams;
+    } row[] = {{19, 59, 2}, {25, 50, 2}, {31, 50, 1}, {35, 50, 1},
+               {35, 40, 2}, {45, 29, 3}, {45, 36, 1}, {60, 40, 1}};
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++)
+        for (int side = -1; side <= 1; side += 2) {
+            begin();
+            next.shape.half_az_rad = geo_rad(row[i].half_deg);
+            next.beam[0].ends_m = 5;
+            for (int k = 0; k < 6; k++) {
+                send(side * row[i].turn_deg);
+                write_row();
+                const double off_deg = geo_deg(atan2(geo_dot(sweep.look[sweep.n - 1].at.axis[0], record.axis[1]),
+                                                     geo_dot(sweep.look[sweep.n - 1].at.axis[0], record.axis[0])));
+                CHECK(left_deg() <= off_deg - row[i].half_deg + 1e-6 || side > 0);
+                CHECK(right_deg() >= off_deg + row[i].half_deg - 1e-6 || side < 0);
+                CHECK_NEAR(ends_m(off_deg + side * (row[i].half_deg - 0.1)), 5, 0, UNIT_M);
+            }
+            CHECK_INT(sweep.n - sweep.first, row[i].beams);
+        }
 }
 
 /* Two are farther apart than their edges cross: nothing is said where they meet, and only there. */
@@ -637,6 +664,7 @@ int main(void)
     RUN(ranges_of_all_parts_of_a_beam_count_from_the_rows_place);
     RUN(a_row_ends_water_between_the_edges_of_its_beams);
     RUN(no_row_is_wider_than_80_degrees_to_a_side);
+    RUN(no_beam_of_a_row_is_cut);
     RUN(nothing_is_said_between_beams_that_are_apart);
     RUN(beams_begin_where_they_leave_no_gap_to_either_neighbour);
     RUN(a_row_tells_how_its_axes_diverge);

@@ -95,12 +95,19 @@ TEST(a_record_between_two_that_are_near_and_alike_is_spared)
             turn(&all[n]->r, k, 0.2);
             CHECK(!spares());
         }
+    begin(ROWS);
+    newest.r.newest_ns = THIN_JOINED_NS; /* since the one before */
+    CHECK(spares());
+    newest.r.newest_ns++;
+    CHECK(!spares());
     for (int n = 0; n < 3; n++) {
-        begin(ROWS);
-        all[n]->r.drift_m[0] += 0.14;
-        CHECK(spares());
-        all[n]->r.drift_m[0] += 0.02;
-        CHECK(!spares());
+        for (int k = 0; k < 2; k++) {
+            begin(ROWS);
+            all[n]->r.drift_m[k] += 0.14;
+            CHECK(spares());
+            all[n]->r.drift_m[k] += 0.02;
+            CHECK(!spares());
+        }
         for (int kind = 0; kind < 6; kind++) {
             begin(ROWS);
             all[n]->tan_az[0] += kind == 0 ? 1e-6 : 0;
@@ -115,6 +122,27 @@ TEST(a_record_between_two_that_are_near_and_alike_is_spared)
             CHECK(!spares()); /* of other columns or rows, but as wide and as high */
         }
     }
+}
+
+/* All that a narrow one shows those beside it must show as well: they overlap by half, from 2 m on. */
+TEST(a_narrow_record_is_spared_by_those_that_overlap_it)
+{
+    for (int high = 0; high < 2; high++)
+        for (int n = 0; n < 3; n++)
+            for (int kind = 0; kind < 4; kind++) {
+                begin(ROWS);
+                for (int i = 0; i < 3; i++) { /* 3 degrees wide or high, and 12 the other way */
+                    for (int x = 0; x <= COLUMNS; x++)
+                        all[i]->tan_az[x] = tan(geo_rad((high ? 12.0 : 3.0) * (x / (double)COLUMNS - 0.5)));
+                    for (int y = 0; y <= ROWS; y++)
+                        all[i]->tan_el[y] = tan(geo_rad((high ? 3.0 : 12.0) * (y / (double)ROWS - 0.5)));
+                }
+                if (kind < 2)
+                    turn(&all[n]->r, high ? 1 : 2, kind ? 1.55 : 1.45);
+                else
+                    all[n]->r.place_m[high ? 2 : 1] += 2 * geo_rad(kind == 3 ? 1.55 : 1.45);
+                CHECK_INT(spares(), kind % 2 == 0);
+            }
 }
 
 /* By both, and by one of them in the very same beam. */
@@ -192,14 +220,33 @@ TEST(an_end_is_looked_for_where_it_is_seen_from_elsewhere)
                 CHECK(spares() == (kind == 0));
             }
         }
-    begin(ROWS); /* all but in the sensor */
-    before.r.place_m[0] += 0.14;
-    end_at(&middle, 20, 2, 0.05);
-    end_at(&newest, 20, 2, 0.05);
-    CHECK(spares());
-    middle.cell[2 * COLUMNS + 20].ends = 0;
-    before.r.place_m[1] += 0.1;
-    CHECK(!spares());
+}
+
+/* Of a deaf beam nobody knows where it ends, of what is next to the sensor where that is seen from elsewhere: as the
+ * beams look it must be shown. */
+TEST(an_end_in_the_sensor_is_that_of_the_same_direction)
+{
+    static const struct {
+        double at_m, turned_deg, shown_m;
+        int off;
+        bool spared;
+    } row[] = {{0, 0, 0, 0, true},      {0, 0, -1, 0, false},   {0, 3, -1, 0, false},    {0, 3, 0, -3, true},
+               {0, 3, 0, 0, false},     {0, -3, 0, 3, true},    {0.1, 0, 0.14, 0, true}, {0.1, 0, 0.2, 0, false},
+               {0.1, 3, 0.1, -3, true}, {0.1, 3, -1, 0, false}, {0.14, 0, -1, 0, false}};
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++)
+        for (int n = 0; n < 3; n += 2)
+            for (int moved = 0; moved < 3; moved++) {
+                begin(ROWS);
+                struct made *other = all[n];
+                other->r.place_m[0] += moved == 1 ? 0.14 : 0;
+                other->r.place_m[0] -= moved == 2 ? 0.14 : 0;
+                turn(&other->r, 2, row[i].turned_deg);
+                end_at(&middle, 20, 2, row[i].at_m);
+                end_at(all[2 - n], 20, 2, row[i].at_m);
+                if (row[i].shown_m >= 0)
+                    end_at(other, 20 + row[i].off, 2, row[i].shown_m);
+                CHECK_INT(spares(), row[i].spared);
+            }
 }
 
 static uint64_t seed;
@@ -307,6 +354,13 @@ TEST(pings_from_one_place_are_those_of_the_same_image_there)
     CHECK(is_still());
     newest.r.path_m += 0.002;
     CHECK(!is_still());
+    for (int k = 0; k < 2; k++) {
+        begin(ROWS);
+        newest.r.drift_m[k] += 0.14;
+        CHECK(is_still());
+        newest.r.drift_m[k] += 0.02;
+        CHECK(!is_still());
+    }
     for (int kind = 0; kind < 4; kind++) {
         begin(ROWS);
         newest.tan_az[7] += kind == 0 ? 1e-6 : 0;
@@ -422,8 +476,10 @@ TEST(one_record_of_two_is_as_old_and_as_uncertain_as_the_worse)
 int main(void)
 {
     RUN(a_record_between_two_that_are_near_and_alike_is_spared);
+    RUN(a_narrow_record_is_spared_by_those_that_overlap_it);
     RUN(an_end_must_be_seen_by_those_before_and_behind);
     RUN(an_end_is_looked_for_where_it_is_seen_from_elsewhere);
+    RUN(an_end_in_the_sensor_is_that_of_the_same_direction);
     RUN(an_end_is_found_from_anywhere);
     RUN(pings_from_one_place_are_those_of_the_same_image_there);
     RUN(what_a_newer_ping_frees_beyond_an_echo_is_not_joined);
