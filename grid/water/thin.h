@@ -21,9 +21,8 @@ void thin_join(const struct water_record *older, const struct water_record *newe
 
 /**
  * thin_spares - is `middle` spared by the one before it and the newest? They are of the same size, sent from nearly the
- * same place and with nearly the same axes, in no longer than THIN_JOINED_NS, and each end of it at an echo is seen by both, and by one of
- * them in the very same beam. Cost: columns of the image
- * times log of them.
+ * same place and with nearly the same axes, in no longer than THIN_JOINED_NS, and each end of it at an echo is seen by
+ * both, and by one of them in the very same beam. Cost: columns of the image times log of them.
  */
 bool thin_spares(const struct water_record *before, const struct water_record *middle,
                  const struct water_record *newest);
