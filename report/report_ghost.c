@@ -21,8 +21,8 @@
 #include "grid/range/marks.h"
 #include "grid/sphere/shapes.h"
 #include "grid/sphere/sphere.h"
-#include "tests/sim/lib/scene.h"
-#include "report/lib/dice.h"
+#include "tests/water/scene.h"
+#include "tests/water/dice.h"
 #include "report/lib/sea.h"
 
 #define SEEDS     5
@@ -48,7 +48,7 @@ struct tally {
 
 /* What a whole tank needs of the chain, anew for every seed. */
 struct rig {
-    struct scene scene;
+    struct place scene;
     struct extract *extract;
     struct marks marks;
     struct sphere *grid;
@@ -102,18 +102,18 @@ static void add_power(double *mean, double range_m, double db, double weight)
 }
 
 /* A fan of rays over the beam's height: surfaces, and for each that it meets square on its two ghosts. */
-static void sound_of(const struct scene *scene, double az_rad, double bounce_db, double *mean)
+static void sound_of(const struct place *scene, double az_rad, double bounce_db, double *mean)
 {
     static const double origin[3] = {0, 0, 0};
     double sum = 0;
     for (int pass = 0; pass < 2; pass++)
         for (int k = 0; k < RAYS_EL; k++) {
             const double el = 2.0 * k / (RAYS_EL - 1) - 1, weight = exp2(-8 * el * el);
-            struct scene_hit hit;
+            struct place_hit hit;
             double d[3];
             sum += pass == 0 ? weight : 0;
             geo_direction(az_rad, el * (double)sea_ping_of(SEA_PING360).el_aperture_rad, d);
-            if (pass == 0 || !scene_cast(scene, origin, d, 0, &hit))
+            if (pass == 0 || !place_cast(scene, origin, d, 0, &hit))
                 continue;
             const double db = WALL_DB - 0.4 * hit.range_m + 10 * log10(hit.cos_incidence);
             add_power(mean, hit.range_m, db, weight / sum);
@@ -135,25 +135,25 @@ static bool shows(const struct beam_echoes *b, double range_m, bool *marked)
 }
 
 /* Whether a surface is at a range anywhere in the beam's height, which its skirt included is twice the aperture. */
-static bool is_surface(const struct scene *scene, double az_rad, double range_m)
+static bool is_surface(const struct place *scene, double az_rad, double range_m)
 {
     static const double origin[3] = {0, 0, 0};
     for (int k = -10; k <= 10; k++)
         for (int side = -1; side <= 1; side++) {
-            struct scene_hit hit;
+            struct place_hit hit;
             double d[3];
             geo_direction(az_rad + side * geo_rad(2), k / 10.0 * (double)sea_ping_of(SEA_PING360).el_aperture_rad,
                           d);
-            if (scene_cast(scene, origin, d, 0, &hit) && fabs(hit.range_m - range_m) <= NEAR_M)
+            if (place_cast(scene, origin, d, 0, &hit) && fabs(hit.range_m - range_m) <= NEAR_M)
                 return true;
         }
     return false;
 }
 
-static void tally_beam(const struct scene *scene, const struct beam_echoes *b, struct tally *t)
+static void tally_beam(const struct place *scene, const struct beam_echoes *b, struct tally *t)
 {
     static const double origin[3] = {0, 0, 0};
-    struct scene_hit hit;
+    struct place_hit hit;
     double d[3];
     for (unsigned k = 0; k < b->n; k++)
         if (is_surface(scene, (double)b->az_rad, (double)b->echo[k].range_m)) {
@@ -161,7 +161,7 @@ static void tally_beam(const struct scene *scene, const struct beam_echoes *b, s
             t->true_marked += (b->echo[k].flags & ECHO_GHOST) != 0;
         }
     geo_direction((double)b->az_rad, 0, d);
-    if (!scene_cast(scene, origin, d, 0, &hit) || hit.cos_incidence < SQUARE_ON)
+    if (!place_cast(scene, origin, d, 0, &hit) || hit.cos_incidence < SQUARE_ON)
         return;
     const double at_m[KINDS] = {2 * hit.range_m, hit.ghost_m};
     for (int kind = 0; kind < KINDS; kind++) {
@@ -184,10 +184,10 @@ static void tally_clusters(struct rig *rig, uint64_t t_ns, struct tally *t)
     const uint32_t n = clusters_look(rig->clusters, rig->grid, t_ns, &list, &all);
     for (uint32_t k = 0; k < n; k++) {
         static const double origin[3] = {0, 0, 0};
-        struct scene_hit hit;
+        struct place_hit hit;
         double d[3];
         geo_direction(atan2(list[k].nearest_m[1], list[k].nearest_m[0]), 0, d);
-        if (!scene_cast(&rig->scene, origin, d, 0, &hit) || list[k].near_m < hit.range_m + 2 * NEAR_M)
+        if (!place_cast(&rig->scene, origin, d, 0, &hit) || list[k].near_m < hit.range_m + 2 * NEAR_M)
             continue;
         t->clusters++;
         t->suspected += shapes_ghost_of(&shapes, &list[k]) != TANGENTS_NONE;

@@ -11,14 +11,14 @@
 #include "grid/range/background_learn.h"
 #include "grid/range/cleanup.h"
 #include "grid/range/extract.h"
-#include "dice.h"
+#include "tests/water/dice.h"
 
 #define RAYS_AZ     5 /* over twice the half-power aperture, where the two-way pattern is 24 dB down */
 #define RAYS_EL     45
 #define WALL_DB     (-6.0)
 #define ABSORPTION  0.4     /* dB per metre, there and back */
+#define ROUGH       0.1     /* so much of what it returns square on a surface returns at any angle */
 #define BOUNCE_DB   (-15.0) /* of what comes from a surface twice */
-#define STEP_M      1e-3    /* along a ray, to see at which angle it meets the surface */
 #define UNITS       (6400 / DIVE_TURN)
 #define LEARN_SCANS 7
 #define LEARN_SEED  1000000
@@ -41,7 +41,7 @@ static void *room(size_t bytes)
 
 /* ---- the way, and what is there ---- */
 
-static void look_from(struct dive_look *look, const struct world *world, double along, double heading_rad,
+static void look_from(struct dive_look *look, const struct place *world, double along, double heading_rad,
                       double tilt_rad)
 {
     static const double unit[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
@@ -59,34 +59,23 @@ static void add_power(float *mean, double range_m, double power)
         mean[(size_t)bin] += (float)power;
 }
 
-/* What a surface returns of what others do, just before a place where a ray meets it. */
-static double softness(const struct world *world, const double before[3], double t_s)
-{
-    const double below[3] = {before[0], before[1], before[2] + STEP_M / 2};
-    const double rise_m = world_clearance(world, below, t_s) - world_clearance(world, before, t_s);
-    return fabs(rise_m) > STEP_M / 4 ? pow(10, world->level_db / 10) : 1;
-}
-
-static void add_ray(const struct world *world, const struct dive_look *look, const double in_beam[3], double power,
+static void add_ray(const struct place *world, const struct dive_look *look, const double in_beam[3], double power,
                     float *mean)
 {
-    double d[3], before[3];
+    struct place_hit hit;
+    double d[3];
     quat_rotate(look->attitude, in_beam, d);
-    const double range_m = world_ray(world, look->at, d, DIVE_RANGE_M, look->t_s);
-    if (range_m >= DIVE_RANGE_M)
+    if (!place_cast(world, look->at, d, look->t_s, &hit) || hit.range_m >= DIVE_RANGE_M)
         return;
-    for (int a = 0; a < 3; a++)
-        before[a] = look->at[a] + (range_m - STEP_M) * d[a];
-    const double square = fmin(1, world_clearance(world, before, look->t_s) / STEP_M);
-    const double soft = world->level_db < 0 ? softness(world, before, look->t_s) : 1;
-    const double echo = power * soft * square * pow(10, (WALL_DB - ABSORPTION * range_m) / 10);
-    add_power(mean, range_m, echo);
+    const double square = ROUGH + (1 - ROUGH) * hit.cos_incidence, soft_db = hit.level ? world->level_db : 0;
+    const double echo = power * square * pow(10, (WALL_DB + soft_db - ABSORPTION * hit.range_m) / 10);
+    add_power(mean, hit.range_m, echo);
     /* Only what is met nearly square on throws sound back and forth. */
-    add_power(mean, 2 * range_m, echo * pow(square, 8) * pow(10, (BOUNCE_DB - ABSORPTION * range_m) / 10));
+    add_power(mean, 2 * hit.range_m, echo * pow(square, 8) * pow(10, (BOUNCE_DB - ABSORPTION * hit.range_m) / 10));
 }
 
 /* Every azimuth has elevations of its own, so that an oblique surface is not a row of points. */
-static void sound_of(const struct world *world, const struct dive_look *look, float *mean)
+static void sound_of(const struct place *world, const struct dive_look *look, float *mean)
 {
     const struct ping head = sea_ping_of(SEA_MICRON);
     double sum = 0;
@@ -106,7 +95,7 @@ static void sound_of(const struct world *world, const struct dive_look *look, fl
             }
 }
 
-struct dive *dive_make(const struct world *world, unsigned turns, bool back, double tilt_rad, unsigned parts)
+struct dive *dive_make(const struct place *world, unsigned turns, bool back, double tilt_rad, unsigned parts)
 {
     struct dive *dive = room(sizeof *dive);
     const size_t way = (size_t)turns * DIVE_TURN;
@@ -121,7 +110,7 @@ struct dive *dive_make(const struct world *world, unsigned turns, bool back, dou
                   tilt_rad);
         if (parts & DIVE_TRUTH)
             dive->look[i].first_m =
-                world_first(world, dive->look[i].at, dive->look[i].axis, geo_rad(DIVE_AZ_DEG / 2),
+                place_first(world, dive->look[i].at, dive->look[i].axis, geo_rad(DIVE_AZ_DEG / 2),
                             geo_rad(DIVE_EL_DEG / 2), DIVE_RANGE_M, dive->look[i].t_s);
         if (parts & DIVE_SOUND)
             sound_of(world, &dive->look[i], dive->mean[i]);

@@ -9,8 +9,8 @@
 #include <string.h>
 
 #include "core/fault.h"
-#include "tests/sim/lib/scene.h"
-#include "dice.h"
+#include "tests/water/scene.h"
+#include "tests/water/dice.h"
 
 #define STEP_DEG      0.9
 #define RAYS_AZ       11 /* over twice the half-power aperture, where the two-way pattern is 24 dB down */
@@ -97,15 +97,14 @@ static uint64_t stream_of(const char *name)
 }
 
 /* Parsing a scene's text takes longer than a beam; the last one is kept. */
-static const struct scene *shapes_of(const struct sea_scene *sea)
+static const struct place *shapes_of(const struct sea_scene *sea)
 {
-    static struct scene scene;
+    static struct place scene;
     static const char *parsed;
     struct fault fault;
     if (parsed == sea->shapes)
         return &scene;
-    memset(&scene, 0, sizeof scene);
-    if (*sea->shapes && !scene_parse(&scene, sea->name, sea->shapes, &fault)) {
+    if (!scene_parse(&scene, sea->name, sea->shapes, &fault)) {
         fprintf(stderr, "sea: %s\n", fault.text);
         exit(1);
     }
@@ -130,11 +129,9 @@ static void surface_add(const struct sea_scene *sea, enum sea_head head, double 
 static void surfaces(const struct sea_scene *sea, enum sea_head head, double az_deg, double *mean,
                      struct sea_ping *out)
 {
-    const struct scene *scene = shapes_of(sea);
+    const struct place *scene = shapes_of(sea);
     const double origin[3] = {0.0, 0.0, 0.0}, pulse_bins = heads[head].pulse_m / heads[head].bin_m;
     double sum = 0.0, axis_m = INFINITY, farthest_m = 0.0, weight[RAYS_AZ][RAYS_EL];
-    if (scene->n == 0)
-        return;
     for (int pass = 0; pass < 2; pass++)
         for (int i = 0; i < RAYS_AZ; i++)
             for (int k = 0; k < RAYS_EL; k++) {
@@ -144,11 +141,11 @@ static void surfaces(const struct sea_scene *sea, enum sea_head head, double az_
                     sum += weight[i][k];
                     continue;
                 }
-                struct scene_hit hit;
+                struct place_hit hit;
                 double direction[3];
                 geo_direction(geo_rad(az_deg + az * heads[head].az_deg), geo_rad(el * heads[head].el_deg),
                               direction);
-                if (!scene_cast(scene, origin, direction, 0.0, &hit))
+                if (!place_cast(scene, origin, direction, 0.0, &hit))
                     continue;
                 const double level = power_of(sea->surface_db - ABSORPTION * hit.range_m) * hit.cos_incidence;
                 surface_add(sea, head, hit.range_m, level * pulse_bins * weight[i][k] / sum, mean);

@@ -26,7 +26,7 @@ enum sea_head {
 
 struct sea_scene {
     const char *name, *what; /* for tables, for people */
-    const char *shapes;      /* as tests/sim/lib/scene.h; "": open water */
+    const char *shapes;      /* as tests/water/scene.h; "": open water */
     double surface_db;       /* of a wall that fills the beam, at 0 m; 0.4 dB/m less farther away */
     double tail_m;           /* the surface's echo decays over so much (soft bottom); 0: it is sharp */
     double floor_db;         /* noise; -INFINITY: counts of zero, and stray ones in one bin of a thousand */

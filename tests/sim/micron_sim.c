@@ -19,7 +19,7 @@
 #include "tests/sim/lib/line.h"
 #include "tests/sim/lib/micron_head.h"
 #include "tests/sim/lib/pace.h"
-#include "tests/sim/lib/scene.h"
+#include "tests/water/scene.h"
 #include "tests/sim/lib/water.h"
 
 #define STATUS_EVERY_NS 1000000000u
@@ -28,7 +28,7 @@
 #define FREQUENCY_HZ    700e3 /* middle of the sweep */
 
 static struct {
-    struct scene scene;
+    struct place scene;
     struct water water;
     double position_m[3], yaw_deg;
     struct micron_head head;

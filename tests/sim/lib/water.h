@@ -15,7 +15,7 @@
 
 #include <stdint.h>
 
-#include "scene.h"
+#include "tests/water/scene.h"
 
 #define WATER_MAX_SAMPLES 1200
 
@@ -47,10 +47,10 @@ struct water_truth {
 };
 
 /** water_listen - the samples of one transmission; samples[n_samples]. */
-void water_listen(const struct water *water, const struct scene *scene, const struct water_shot *shot,
+void water_listen(const struct water *water, const struct place *scene, const struct water_shot *shot,
                   uint8_t *samples);
 
 /** water_look - what is really there, by a fine fan of rays. */
-void water_look(const struct scene *scene, const struct water_shot *shot, struct water_truth *truth);
+void water_look(const struct place *scene, const struct water_shot *shot, struct water_truth *truth);
 
 #endif

@@ -1,13 +1,15 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * dice - random numbers of the report: splitmix64, the same everywhere for the same seed and stream. REPORT_SEED=N in
- * the environment draws other ones, to try on worlds that were not used before what was found on the report's own.
+ * dice - random numbers of made-up waters: splitmix64, the same everywhere for the same seed and stream.
+ * REPORT_SEED=N in the environment draws other ones, to try on worlds that were not used before what was found on the
+ * report's own.
  */
-#ifndef SONARD_REPORT_DICE_H
-#define SONARD_REPORT_DICE_H
+#ifndef SONARD_WATER_DICE_H
+#define SONARD_WATER_DICE_H
 
 #include <complex.h>
 #include <math.h>
+#include <stdbool.h>
 #include <stdint.h>
 #include <stdlib.h>
 
@@ -39,11 +41,33 @@ static inline double dice_uniform(struct dice *dice)
     return ((double)(dice_bits(dice) >> 11) + 0.5) * 0x1p-53;
 }
 
+/** dice_between - every value as likely as any other; dice_scaled: every factor. */
+static inline double dice_between(struct dice *dice, double low, double high)
+{
+    return low + (high - low) * dice_uniform(dice);
+}
+static inline double dice_scaled(struct dice *dice, double low, double high)
+{
+    return low * pow(high / low, dice_uniform(dice));
+}
+
+/** dice_chance - true, in so large a share. */
+static inline bool dice_chance(struct dice *dice, double share)
+{
+    return dice_uniform(dice) < share;
+}
+
 /** dice_normal - circular complex normal, mean power 1: its power is exponential. */
 static inline double complex dice_normal(struct dice *dice)
 {
     const double radius = sqrt(-log(dice_uniform(dice))), turn = 6.283185307179586 * dice_uniform(dice);
     return radius * (cos(turn) + sin(turn) * (double complex)I);
+}
+
+/** dice_gauss - normal, variance 1. */
+static inline double dice_gauss(struct dice *dice)
+{
+    return sqrt(2.0) * creal(dice_normal(dice));
 }
 
 #endif
