@@ -13,12 +13,6 @@
 #include "grid/range/extract.h"
 #include "tests/water/dice.h"
 
-#define RAYS_AZ     5 /* over twice the half-power aperture, where the two-way pattern is 24 dB down */
-#define RAYS_EL     45
-#define WALL_DB     (-6.0)
-#define ABSORPTION  0.4     /* dB per metre, there and back */
-#define ROUGH       0.1     /* so much of what it returns square on a surface returns at any angle */
-#define BOUNCE_DB   (-15.0) /* of what comes from a surface twice */
 #define UNITS       (6400 / DIVE_TURN)
 #define LEARN_SCANS 7
 #define LEARN_SEED  1000000
@@ -26,6 +20,8 @@
 #define MASK        64   /* counts, as [background] mask */
 #define PING_NS     40000000u
 
+static const struct sea_sound sound = {
+    .surface_db = -6, .rough = 0.1, .bounce_db = {-15}, .rays_az = 5, .rays_el = 45, .staggered = true};
 static const struct sea_scene noise = {
     .floor_db = -44, .reverb_db = -60, .ring_m = 0.2, .burst_share = 0.02, .frame_m = 0.45};
 
@@ -52,47 +48,13 @@ static void look_from(struct dive_look *look, const struct place *world, double 
         quat_rotate(look->attitude, unit[a], look->axis[a]);
 }
 
-static void add_power(float *mean, double range_m, double power)
-{
-    const double bin = range_m / (double)sea_ping_of(SEA_MICRON).dr_m;
-    if (bin < sea_ping_of(SEA_MICRON).n_bins)
-        mean[(size_t)bin] += (float)power;
-}
-
-static void add_ray(const struct place *world, const struct dive_look *look, const double in_beam[3], double power,
-                    float *mean)
-{
-    struct place_hit hit;
-    double d[3];
-    quat_rotate(look->attitude, in_beam, d);
-    if (!place_cast(world, look->at, d, look->t_s, &hit) || hit.range_m >= DIVE_RANGE_M)
-        return;
-    const double square = ROUGH + (1 - ROUGH) * hit.cos_incidence, soft_db = hit.level ? world->level_db : 0;
-    const double echo = power * square * pow(10, (WALL_DB + soft_db - ABSORPTION * hit.range_m) / 10);
-    add_power(mean, hit.range_m, echo);
-    /* Only what is met nearly square on throws sound back and forth. */
-    add_power(mean, 2 * hit.range_m, echo * pow(square, 8) * pow(10, (BOUNCE_DB - ABSORPTION * hit.range_m) / 10));
-}
-
-/* Every azimuth has elevations of its own, so that an oblique surface is not a row of points. */
 static void sound_of(const struct place *world, const struct dive_look *look, float *mean)
 {
     const struct ping head = sea_ping_of(SEA_MICRON);
-    double sum = 0;
-    for (int pass = 0; pass < 2; pass++)
-        for (int i = 0; i < RAYS_AZ; i++)
-            for (int k = 0; k < RAYS_EL; k++) {
-                const double az = 2.0 * (i + 0.5) / RAYS_AZ - 1;
-                const double el = 2.0 * (k + (i * 3 % RAYS_AZ + 0.5) / RAYS_AZ) / RAYS_EL - 1;
-                const double weight = exp2(-8 * (az * az + el * el));
-                double d[3];
-                if (pass == 0) {
-                    sum += weight;
-                    continue;
-                }
-                geo_direction(az * geo_rad(DIVE_AZ_DEG), el * geo_rad(DIVE_EL_DEG), d);
-                add_ray(world, look, d, weight / sum * (double)(head.pulse_m / head.dr_m), mean);
-            }
+    double power[SEA_MAX_BINS] = {0};
+    sea_surfaces(&sound, world, look->at, look->attitude, look->t_s, &head, power);
+    for (uint32_t b = 0; b < head.n_bins; b++)
+        mean[b] = (float)power[b];
 }
 
 struct dive *dive_make(const struct place *world, unsigned turns, bool back, double tilt_rad, unsigned parts)
