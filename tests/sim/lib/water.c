@@ -178,3 +178,27 @@ void water_look(const struct place *scene, const struct water_shot *shot, struct
     geo_direction(shot->az_rad, 0.0, direction);
     truth->axis_m = place_ray(scene, shot->origin_m, direction, INFINITY, shot->t_s);
 }
+
+static void write_range(FILE *out, const char *key, double range_m)
+{
+    if (isfinite(range_m))
+        fprintf(out, ",\"%s\":%.4f", key, range_m);
+    else
+        fprintf(out, ",\"%s\":null", key);
+}
+
+void water_write_truth(FILE *out, const struct water *water, const struct place *scene,
+                       const struct water_shot *shot, uint64_t t_ns, unsigned angle, double azimuth_deg,
+                       double yaw_deg)
+{
+    struct water_truth truth;
+    water_look(scene, shot, &truth);
+    fprintf(out, "{\"t_ns\":%llu,\"ping\":%llu,\"angle\":%u,\"azimuth_deg\":%.3f", (unsigned long long)t_ns,
+            (unsigned long long)shot->number, angle, geo_deg(geo_wrap(geo_rad(azimuth_deg))));
+    write_range(out, "range_m", truth.nearest_m);
+    write_range(out, "axis_m", truth.axis_m);
+    fprintf(out, ",\"listening_m\":%.4f,\"position_m\":[%.4f,%.4f,%.4f],\"yaw_deg\":%.3f}\n",
+            shot->n_samples * shot->sample_s * water->sound_speed_mps / 2.0, shot->origin_m[0], shot->origin_m[1],
+            shot->origin_m[2], yaw_deg);
+    fflush(out);
+}

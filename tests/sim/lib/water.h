@@ -14,6 +14,7 @@
 #define SONARD_SIM_WATER_H
 
 #include <stdint.h>
+#include <stdio.h>
 
 #include "tests/water/scene.h"
 
@@ -52,5 +53,10 @@ void water_listen(const struct water *water, const struct place *scene, const st
 
 /** water_look - what is really there, by a fine fan of rays. */
 void water_look(const struct place *scene, const struct water_shot *shot, struct water_truth *truth);
+
+/** water_write_truth - the same as a line of JSON; angle: as the head says it, azimuth_deg from the bow. */
+void water_write_truth(FILE *out, const struct water *water, const struct place *scene,
+                       const struct water_shot *shot, uint64_t t_ns, unsigned angle, double azimuth_deg,
+                       double yaw_deg);
 
 #endif
