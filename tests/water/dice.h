@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * dice - random numbers of made-up waters: splitmix64, the same everywhere for the same seed and stream.
+ * dice - random numbers of made-up waters, the same everywhere for the same seed and stream.
  * REPORT_SEED=N in the environment draws other ones, to try on worlds that were not used before what was found on the
  * report's own.
  */
@@ -13,16 +13,15 @@
 #include <stdint.h>
 #include <stdlib.h>
 
+#include "tests/lib/random.h"
+
 struct dice {
     uint64_t state;
 };
 
 static inline uint64_t dice_bits(struct dice *dice)
 {
-    uint64_t z = (dice->state += 0x9e3779b97f4a7c15u);
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return z ^ (z >> 31);
+    return test_random(&dice->state);
 }
 
 /** dice_of - the numbers of one stream of a seed. */
@@ -38,7 +37,7 @@ static inline struct dice dice_of(uint64_t seed, uint64_t stream)
 /** dice_uniform - in (0, 1). */
 static inline double dice_uniform(struct dice *dice)
 {
-    return ((double)(dice_bits(dice) >> 11) + 0.5) * 0x1p-53;
+    return test_uniform(&dice->state) + 0x1p-54;
 }
 
 /** dice_between - every value as likely as any other; dice_scaled: every factor. */
