@@ -59,7 +59,8 @@ WEBLIB   := $(if $(WEB),$(BUILD)/libweb.a)
 SIMLIB   := $(BUILD)/libsim.a
 SEALIB   := $(BUILD)/libsea.a
 PILOTLIB := $(BUILD)/libpilot.a
-ALL_A    := $(SEALIB) $(PILOTLIB) $(SIMLIB) $(WEBLIB) $(CLIENT) $(DAEMON) $(CONFIG) $(PROTOCOL) $(DRIVERS) $(GRID) $(CORE)
+WATERLIB := $(BUILD)/libwater.a
+ALL_A    := $(SEALIB) $(PILOTLIB) $(SIMLIB) $(WATERLIB) $(WEBLIB) $(CLIENT) $(DAEMON) $(CONFIG) $(PROTOCOL) $(DRIVERS) $(GRID) $(CORE)
 
 PROGRAMS := $(BUILD)/sonard $(BUILD)/sonarctl $(BUILD)/sonard-mavlink $(if $(WEB),$(BUILD)/sonard-web)
 LIBRARY  := $(BUILD)/libsonard.so.0
@@ -115,6 +116,7 @@ $(eval $(call archive,$(DAEMON),$(filter-out daemon/main.c,$(call sources,daemon
 $(eval $(call archive,$(CLIENT),$(filter-out client/ctl/sonarctl.c client/mavlink/sonard-mavlink.c,$(call sources,client))))
 $(if $(WEB),$(eval $(call archive,$(WEBLIB),$(filter-out web/sonard-web.c,$(call sources,web)))))
 $(eval $(call archive,$(SIMLIB),$(wildcard tests/sim/lib/*.c)))
+$(eval $(call archive,$(WATERLIB),$(wildcard tests/water/*.c)))
 $(eval $(call archive,$(SEALIB),$(wildcard report/lib/*.c)))
 $(eval $(call archive,$(PILOTLIB),$(filter-out tests/pilot/pilot_runs.c,$(wildcard tests/pilot/*.c))))
 $(BUILD)/%.a:
@@ -182,7 +184,7 @@ $(UNIT): $(BUILD)/tests/%: $$(call unit_obj,$$*) $(ALL_A) $(BUILD)/link.stamp
 $(BUILD)/tests/test_sim_program: | $(BUILD)/tests/ping360_sim
 $(CORPUS): $(BUILD)/tests/corpus_%: $(BUILD)/tests/fuzz/fuzz_%.o $(BUILD)/tests/fuzz/corpus.o $(ALL_A) $(BUILD)/link.stamp
 	$(link)
-$(SIM): $(BUILD)/tests/%: $(BUILD)/tests/sim/%.o $(SIMLIB) $(DRIVERS) $(GRID) $(CORE) $(BUILD)/link.stamp
+$(SIM): $(BUILD)/tests/%: $(BUILD)/tests/sim/%.o $(SIMLIB) $(WATERLIB) $(DRIVERS) $(GRID) $(CORE) $(BUILD)/link.stamp
 	$(link)
 $(BENCH): $(BUILD)/tests/%: $(BUILD)/tests/bench/%.o $(ALL_A) $(BUILD)/link.stamp
 	$(link)

@@ -13,10 +13,10 @@
 #include <string.h>
 
 #include "core/fault.h"
-#include "tests/sim/lib/scene.h"
+#include "tests/water/scene.h"
 #include "report/lib/asked.h"
 #include "report/lib/cost.h"
-#include "report/lib/dice.h"
+#include "tests/water/dice.h"
 #include "report/lib/knob.h"
 #include "report/lib/scans.h"
 
@@ -93,23 +93,13 @@ struct tally {
 
 static struct sea_ping pings[PINGS];
 
-static double nearest_of(const struct scene *scene, double az_rad)
+static double nearest_of(const struct place *scene, double az_rad)
 {
-    static const double origin[3] = {0, 0, 0};
-    double nearest_m = INFINITY;
-    for (int i = 0; scene->n && i < RAYS; i++)
-        for (int k = 0; k < RAYS; k++) {
-            struct scene_hit hit;
-            double d[3];
-            geo_direction(az_rad + geo_rad(CONE_DEG) * (2.0 * i / (RAYS - 1) - 1),
-                          geo_rad(CONE_DEG) * (2.0 * k / (RAYS - 1) - 1), d);
-            if (scene_cast(scene, origin, d, 0, &hit))
-                nearest_m = fmin(nearest_m, hit.range_m);
-        }
-    return nearest_m;
+    const struct place_fan fan = {az_rad, 0, geo_rad(CONE_DEG), geo_rad(CONE_DEG), RAYS, RAYS};
+    return place_nearest(scene, (const double[3]){0}, &fan, 0);
 }
 
-static void ask(struct pipeline *pipeline, const struct conf *conf, const struct scene *scene, struct dice *dice,
+static void ask(struct pipeline *pipeline, const struct conf *conf, const struct place *scene, struct dice *dice,
                 struct tally *t)
 {
     const struct asking asking = {pipeline_picture(pipeline), scans_limits(conf),
@@ -137,7 +127,7 @@ static void ask(struct pipeline *pipeline, const struct conf *conf, const struct
     }
 }
 
-static void play(const struct knob *s, const struct scene *scene, unsigned seed, struct tally *t)
+static void play(const struct knob *s, const struct place *scene, unsigned seed, struct tally *t)
 {
     struct dice dice = dice_of(seed, 3);
     struct conf conf;
@@ -182,7 +172,7 @@ static void listen(const struct sea_scene *sea, unsigned seed)
 static void errors(unsigned seeds, unsigned scenes)
 {
     static struct tally all[SETTINGS];
-    static struct scene shapes;
+    static struct place shapes;
     struct fault fault;
     printf(KNOB_COLUMNS ",scene,seed,in_way,false_clear,false_clear_share,behind_share,false_block_share,"
                         "unknown_share,range_median_m,range_p95_m,range_max_m\n");
@@ -190,8 +180,7 @@ static void errors(unsigned seeds, unsigned scenes)
         memset(all, 0, sizeof all);
         for (unsigned k = 0; k < scenes; k++) {
             const struct sea_scene *sea = &sea_scenes[k];
-            memset(&shapes, 0, sizeof shapes);
-            if (*sea->shapes && !scene_parse(&shapes, sea->name, sea->shapes, &fault)) {
+            if (!scene_parse(&shapes, sea->name, sea->shapes, &fault)) {
                 fprintf(stderr, "report_chain: %s\n", fault.text);
                 exit(1);
             }

@@ -22,7 +22,7 @@
 #include "grid/voxel/merge.h"
 #include "report/lib/chart.h"
 #include "report/lib/cost.h"
-#include "report/lib/dice.h"
+#include "tests/water/dice.h"
 #include "report/lib/dive.h"
 #include "report/lib/knob.h"
 #include "report/lib/surface.h"
@@ -108,7 +108,7 @@ static struct voxmap *make(const struct knob *knob, double way_m)
 static void wander(double drift[2], size_t n, struct dice *dice)
 {
     for (int a = 0; a < 2; a++)
-        drift[a] += DRIFT_M / sqrt((double)n) * sqrt(2) * creal(dice_normal(dice));
+        drift[a] += DRIFT_M / sqrt((double)n) * dice_gauss(dice);
 }
 
 static void enter(struct voxmap *m, const struct dive_look *look, const double drift[2], double path_m,
@@ -148,7 +148,7 @@ static double dive_through(struct voxmap *m, const struct dive *dive, unsigned s
     uint64_t newest = 0;
     const double way_m = dive->world->to[2] - dive->world->from[2], begin_ns = cost_now_ns();
     for (size_t i = 0; i < dive->n; i++) {
-        const double error_m = ERROR_M * sqrt(2) * creal(dice_normal(&dice));
+        const double error_m = ERROR_M * dice_gauss(&dice);
         if (drifts)
             wander(drift, dive->n, &dice);
         enter(m, &dive->look[i], drift, way_m * (double)i / (double)dive->n, error_m);
@@ -178,11 +178,11 @@ static size_t cells_n(void)
     return (size_t)frame.size[0] * (size_t)frame.size[1] * (size_t)frame.size[2];
 }
 
-static double clearance(const struct world *world, const int64_t cell[3])
+static double clearance(const struct place *world, const int64_t cell[3])
 {
     const double at[3] = {((double)cell[0] + 0.5) * VOXEL_M, ((double)cell[1] + 0.5) * VOXEL_M,
                           ((double)cell[2] + 0.5) * VOXEL_M};
-    return world_clearance(world, at, 0);
+    return place_clearance(world, at, NULL, 0);
 }
 
 static void keep_block(const struct merge_block *block, const struct block_key *key)
@@ -231,7 +231,7 @@ static void said_around(const int64_t cell[3], uint8_t *any, uint8_t *all)
     }
 }
 
-static void grade_volume(const struct world *world, struct outcome *out)
+static void grade_volume(const struct place *world, struct outcome *out)
 {
     double wrong = 0, both = 0, either = 0;
     EACH_CELL(cell)
@@ -248,7 +248,7 @@ static void grade_volume(const struct world *world, struct outcome *out)
     out->not_common = either > 0 ? 1 - both / either : 0;
 }
 
-static void grade_surface(const struct world *world, struct outcome *out)
+static void grade_surface(const struct place *world, struct outcome *out)
 {
     size_t n = 0;
     uint8_t any, all;
@@ -275,7 +275,7 @@ static void grade_surface(const struct world *world, struct outcome *out)
 }
 
 /* The map that was read last is the one without drift. */
-static void keep_reference(const struct world *world)
+static void keep_reference(const struct place *world)
 {
     uint8_t any, all;
     EACH_CELL(cell)
@@ -308,7 +308,7 @@ static void run(const struct dive *dive, unsigned seed, const struct knob *s, bo
     free(m);
 }
 
-static void frame_world(const struct world *world)
+static void frame_world(const struct place *world)
 {
     for (int a = 0; a < 3; a++) {
         frame.first[a] = (int64_t)floor(world->low[a] / VOXEL_M);
@@ -338,7 +338,7 @@ int main(int argc, char **argv)
     const struct knob whole = KNOB_KEY("map", "submap_distance", WHOLE_M);
     knob_base(MAP_BASE);
     knob_check(settings, SETTINGS);
-    struct dive *dive = dive_make(world_named("shaft"), quick ? QUICK_TURNS : TURNS, false, 0, DIVE_TRUTH);
+    struct dive *dive = dive_make(place_named("shaft"), quick ? QUICK_TURNS : TURNS, false, 0, DIVE_TRUTH);
     frame_world(dive->world);
     printf(KNOB_COLUMNS ",scene,seed,submap_m,corrected,submaps,false_free_m3,behind_max_m,to_truth_mean_m,"
                         "to_truth_p95_m,to_truth_max_m,to_map_mean_m,to_map_p95_m,to_map_max_m,not_common_share,"

@@ -124,20 +124,20 @@ struct tally {
 /* How far a range lies off the stretch in which the beam meets the surface. */
 static double off_surface_m(const struct sea_ping *sea, double range_m)
 {
-    return fmax(0.0, fmax(sea->nearest_m - range_m, range_m - sea->farthest_m));
+    return fmax(0.0, fmax(sea->met.nearest_m - range_m, range_m - sea->met.farthest_m));
 }
 
 static void tally_add(struct tally *t, const struct sea_ping *sea, const struct beam_echoes *found)
 {
-    const bool surface = isfinite(sea->nearest_m);
-    const double end_m = surface ? sea->nearest_m : (double)sea->ping.dr_m * sea->ping.n_bins;
+    const bool surface = isfinite(sea->met.nearest_m);
+    const double end_m = surface ? sea->met.nearest_m : (double)sea->ping.dr_m * sea->ping.n_bins;
     const double free_to_m = found->free_to_m > found->blind_m ? (double)found->free_to_m : 0.0;
     const double free_from_m = fmin((double)found->blind_m, free_to_m);
     bool hit = false;
     t->beams++;
     t->water_m += end_m;
     t->claimed_m += fmin(free_to_m, end_m) - fmin(free_from_m, end_m);
-    if (found->n > 0 && (double)found->echo[0].range_m < sea->skirt_m - HIT_M)
+    if (found->n > 0 && (double)found->echo[0].range_m < sea->met.skirt_m - HIT_M)
         t->false_first++;
     if (!surface)
         return;
@@ -147,7 +147,7 @@ static void tally_add(struct tally *t, const struct sea_ping *sea, const struct 
     t->missed += !hit;
     if (found->n > 0 && off_surface_m(sea, (double)found->echo[0].range_m) <= HIT_M)
         t->error_m[t->n_errors++] = off_surface_m(sea, (double)found->echo[0].range_m);
-    const double behind_m = free_to_m - sea->nearest_m;
+    const double behind_m = free_to_m - sea->met.nearest_m;
     t->behind += behind_m > (double)sea->ping.dr_m;
     t->deep += behind_m > DEEP_M;
     t->behind_max_m = fmax(t->behind_max_m, behind_m);

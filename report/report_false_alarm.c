@@ -18,7 +18,7 @@
 #include "grid/range/amplitude.h"
 #include "grid/range/cfar.h"
 #include "grid/range/extract.h"
-#include "report/lib/dice.h"
+#include "tests/water/dice.h"
 
 #define BEAM       8192 /* cells of one run of the detector */
 #define SIDE       16

@@ -21,23 +21,23 @@
 #include "grid/range/marks.h"
 #include "grid/sphere/shapes.h"
 #include "grid/sphere/sphere.h"
-#include "tests/sim/lib/scene.h"
-#include "report/lib/dice.h"
+#include "tests/water/scene.h"
+#include "tests/water/dice.h"
 #include "report/lib/sea.h"
 
 #define SEEDS     5
 #define TURNS     3
 #define BEAMS     400 /* of a turn */
-#define RAYS_EL   31
 #define PING_NS   50000000u
 #define SQUARE_ON 0.995 /* cosine of incidence: farther off a wall throws nothing back and forth */
 #define NEAR_M    0.25  /* an echo so near to where a ghost or a surface is, is of it */
-#define WALL_DB   (-6.0)
 #define RANGE_M   12.0
 #define MAX_CELLS 16384
 
 /* Two lengths, so that all four walls have ghosts of their own; a pile, behind which a wall is a second, true echo. */
 static const char tank[] = "box -1.9 3.6 -1.2 1.9 -3 3\ncylinder 1.5 1 0.1";
+
+static const double origin[3] = {0, 0, 0};
 
 enum kind { TWICE, LENGTH, KINDS };
 static const char *const kind_name[KINDS] = {"twice the wall's range", "the wall's range and the tank's length"};
@@ -48,7 +48,7 @@ struct tally {
 
 /* What a whole tank needs of the chain, anew for every seed. */
 struct rig {
-    struct scene scene;
+    struct place scene;
     struct extract *extract;
     struct marks marks;
     struct sphere *grid;
@@ -93,37 +93,6 @@ static void start(struct rig *rig)
     }
 }
 
-static void add_power(double *mean, double range_m, double db, double weight)
-{
-    const struct ping head = sea_ping_of(SEA_PING360);
-    const double bin = range_m / (double)head.dr_m;
-    if (bin < head.n_bins)
-        mean[(uint32_t)bin] += weight * pow(10, db / 10) * (double)(head.pulse_m / head.dr_m);
-}
-
-/* A fan of rays over the beam's height: surfaces, and for each that it meets square on its two ghosts. */
-static void sound_of(const struct scene *scene, double az_rad, double bounce_db, double *mean)
-{
-    static const double origin[3] = {0, 0, 0};
-    double sum = 0;
-    for (int pass = 0; pass < 2; pass++)
-        for (int k = 0; k < RAYS_EL; k++) {
-            const double el = 2.0 * k / (RAYS_EL - 1) - 1, weight = exp2(-8 * el * el);
-            struct scene_hit hit;
-            double d[3];
-            sum += pass == 0 ? weight : 0;
-            geo_direction(az_rad, el * (double)sea_ping_of(SEA_PING360).el_aperture_rad, d);
-            if (pass == 0 || !scene_cast(scene, origin, d, 0, &hit))
-                continue;
-            const double db = WALL_DB - 0.4 * hit.range_m + 10 * log10(hit.cos_incidence);
-            add_power(mean, hit.range_m, db, weight / sum);
-            if (hit.cos_incidence < SQUARE_ON)
-                continue;
-            add_power(mean, 2 * hit.range_m, db + bounce_db - 0.4 * hit.range_m, weight / sum);
-            add_power(mean, hit.ghost_m, db + bounce_db - 0.4 * (hit.ghost_m - hit.range_m), weight / sum);
-        }
-}
-
 static bool shows(const struct beam_echoes *b, double range_m, bool *marked)
 {
     for (unsigned k = 1; k < b->n; k++)
@@ -135,25 +104,23 @@ static bool shows(const struct beam_echoes *b, double range_m, bool *marked)
 }
 
 /* Whether a surface is at a range anywhere in the beam's height, which its skirt included is twice the aperture. */
-static bool is_surface(const struct scene *scene, double az_rad, double range_m)
+static bool is_surface(const struct place *scene, double az_rad, double range_m)
 {
-    static const double origin[3] = {0, 0, 0};
     for (int k = -10; k <= 10; k++)
         for (int side = -1; side <= 1; side++) {
-            struct scene_hit hit;
+            struct place_hit hit;
             double d[3];
             geo_direction(az_rad + side * geo_rad(2), k / 10.0 * (double)sea_ping_of(SEA_PING360).el_aperture_rad,
                           d);
-            if (scene_cast(scene, origin, d, 0, &hit) && fabs(hit.range_m - range_m) <= NEAR_M)
+            if (place_cast(scene, origin, d, 0, &hit) && fabs(hit.range_m - range_m) <= NEAR_M)
                 return true;
         }
     return false;
 }
 
-static void tally_beam(const struct scene *scene, const struct beam_echoes *b, struct tally *t)
+static void tally_beam(const struct place *scene, const struct beam_echoes *b, struct tally *t)
 {
-    static const double origin[3] = {0, 0, 0};
-    struct scene_hit hit;
+    struct place_hit hit;
     double d[3];
     for (unsigned k = 0; k < b->n; k++)
         if (is_surface(scene, (double)b->az_rad, (double)b->echo[k].range_m)) {
@@ -161,7 +128,7 @@ static void tally_beam(const struct scene *scene, const struct beam_echoes *b, s
             t->true_marked += (b->echo[k].flags & ECHO_GHOST) != 0;
         }
     geo_direction((double)b->az_rad, 0, d);
-    if (!scene_cast(scene, origin, d, 0, &hit) || hit.cos_incidence < SQUARE_ON)
+    if (!place_cast(scene, origin, d, 0, &hit) || hit.cos_incidence < SQUARE_ON)
         return;
     const double at_m[KINDS] = {2 * hit.range_m, hit.ghost_m};
     for (int kind = 0; kind < KINDS; kind++) {
@@ -183,11 +150,10 @@ static void tally_clusters(struct rig *rig, uint64_t t_ns, struct tally *t)
     shapes_look(&shapes, sphere_picture(rig->grid), t_ns);
     const uint32_t n = clusters_look(rig->clusters, rig->grid, t_ns, &list, &all);
     for (uint32_t k = 0; k < n; k++) {
-        static const double origin[3] = {0, 0, 0};
-        struct scene_hit hit;
+        struct place_hit hit;
         double d[3];
         geo_direction(atan2(list[k].nearest_m[1], list[k].nearest_m[0]), 0, d);
-        if (!scene_cast(&rig->scene, origin, d, 0, &hit) || list[k].near_m < hit.range_m + 2 * NEAR_M)
+        if (!place_cast(&rig->scene, origin, d, 0, &hit) || list[k].near_m < hit.range_m + 2 * NEAR_M)
             continue;
         t->clusters++;
         t->suspected += shapes_ghost_of(&shapes, &list[k]) != TANGENTS_NONE;
@@ -197,6 +163,11 @@ static void tally_clusters(struct rig *rig, uint64_t t_ns, struct tally *t)
 static void hear(unsigned seed, double bounce_db, unsigned turns, struct tally *t)
 {
     const struct sea_scene water = {.floor_db = -44, .reverb_db = -60};
+    const struct sea_sound sound = {.surface_db = -6,
+                                    .bounce_db = {bounce_db, bounce_db},
+                                    .square_on = SQUARE_ON,
+                                    .rays_az = 1,
+                                    .rays_el = 31};
     static uint8_t samples[SEA_MAX_BINS];
     struct rig rig = {0};
     uint64_t t_ns = 0;
@@ -207,8 +178,9 @@ static void hear(unsigned seed, double bounce_db, unsigned turns, struct tally *
         struct ping_beam axis = {.az_rad = (float)(GEO_TURN * (i % BEAMS) / BEAMS)};
         struct beam_echoes beam;
         struct echoes e = {.max_beams = 1, .beam = &beam};
-        double mean[SEA_MAX_BINS] = {0};
-        sound_of(&rig.scene, (double)axis.az_rad, bounce_db, mean);
+        double mean[SEA_MAX_BINS] = {0}, attitude[4];
+        quat_from_rpy(0, 0, (double)axis.az_rad, attitude);
+        sea_surfaces(&sound, &rig.scene, origin, attitude, 0, &ping, mean);
         sea_disturb(&water, SEA_PING360, false, &dice, mean);
         sea_hear(SEA_PING360, mean, 0.2, 0, &dice, samples);
         ping.t_ns = t_ns = (i + 1) * (uint64_t)PING_NS;

@@ -22,7 +22,7 @@
 #include "grid/range/usual.h"
 #include "grid/sphere/view.h"
 #include "grid/voxel/submap.h"
-#include "report/lib/dice.h"
+#include "tests/water/dice.h"
 #include "report/lib/stable.h"
 #include "report/lib/stable_sphere.h"
 

@@ -29,7 +29,7 @@
 #include "grid/sphere/clusters.h"
 #include "grid/sphere/relax.h"
 #include "grid/sphere/view.h"
-#include "report/lib/dice.h"
+#include "tests/water/dice.h"
 #include "report/lib/drawing.h"
 
 #define SEEDS            8
@@ -75,11 +75,6 @@ static void place_of(const struct scene *s, unsigned k, double out[2])
 
 /* ---- sound ---- */
 
-static double normal(struct dice *dice)
-{
-    return creal(dice_normal(dice)) * sqrt(2);
-}
-
 /* One scan all around: north is y, the grid's first axis. */
 static void scan(struct sphere *grid, const struct scene *s, unsigned k, struct dice *dice)
 {
@@ -89,14 +84,14 @@ static void scan(struct sphere *grid, const struct scene *s, unsigned k, struct 
     static uint32_t seq;
     double at[2];
     place_of(s, k, at);
-    const double depth_m = s->d.swing_m * (sin(1.3 * k) + 0.2 * normal(dice));
+    const double depth_m = s->d.swing_m * (sin(1.3 * k) + 0.2 * dice_gauss(dice));
     for (unsigned i = 0; i < beams * (unsigned)s->d.tilts; i++) {
         const double az = (i % beams) * opening, tilt = -(double)(i / beams) * opening;
         const double yaw = i % beams > beams / 2 ? geo_rad(s->d.yaw_deg) : 0;
-        const double heard_az = az + yaw + opening / HALF_POWER_TO_SD * normal(dice);
+        const double heard_az = az + yaw + opening / HALF_POWER_TO_SD * dice_gauss(dice);
         double r = drawing_ray(&s->d, at, GEO_PI / 2 - heard_az) / cos(tilt);
         const double sd_m = fmax(s->d.layer_m / 4, s->d.range_error * r);
-        r += sd_m * normal(dice);
+        r += sd_m * dice_gauss(dice);
         const bool heard = r < s->d.range_m;
         struct beam_echoes beam = {.az_rad = (float)az,
                                    .el_rad = (float)tilt,

@@ -58,28 +58,26 @@ static const struct {
     {PILOT_DIVER, PILOT_FAN, PILOT_ATTITUDE, PILOT_LEVEL, true},
 };
 
-static void show_solid(unsigned drive, const struct pilot_solid *s, double end_s)
+static void show_solid(unsigned drive, const struct place_shape *s, double end_s)
 {
     const double *p = s->p;
-    const bool apart = p[4] > pilot_hull.half_height_m || p[5] < -pilot_hull.half_height_m;
-    if (!s->upright) {
-        printf("%u,box,%d,%.2f,%.2f,%.2f,%.2f\n", drive, apart, p[0], p[1], p[2], p[3]);
+    const bool apart = !s->water && (p[4] > pilot_hull.half_height_m || p[5] < -pilot_hull.half_height_m);
+    if (s->kind == PLACE_BOX) {
+        printf("%u,%s,%d,%.2f,%.2f,%.2f,%.2f\n", drive, s->water ? "room" : "box", apart, p[0], p[1], p[2], p[3]);
         return;
     }
     printf("%u,pile,0,%.2f,%.2f,%.2f,\n", drive, p[0], p[1], p[2]);
-    if (pilot_solid_swims(s))
-        printf("%u,swim,0,%.2f,%.2f,%.2f,%.2f\n", drive, p[0], p[1], p[3] * end_s, p[4] * end_s);
+    if (place_moves(s))
+        printf("%u,swim,0,%.2f,%.2f,%.2f,%.2f\n", drive, p[0], p[1], s->v[0] * end_s, s->v[1] * end_s);
 }
 
 static void show_world(unsigned drive, const struct pilot_case *c, double end_s)
 {
-    static struct pilot_world w;
-    pilot_world_draw(&w, c->place, c->seed, &pilot_hull, pilot_free_m(c));
-    if (w.walled)
-        printf("%u,room,0,%.2f,%.2f,%.2f,%.2f\n", drive, w.room[0], w.room[1], w.room[2], w.room[3]);
-    for (int i = 0; i < w.solids; i++)
-        show_solid(drive, &w.solid[i], end_s);
-    printf("%u,goal,0,%.2f,%.2f,,\n", drive, w.goal_m[0], w.goal_m[1]);
+    static struct place w;
+    w = place_of_pilot(c->place, c->seed, &pilot_hull, pilot_free_m(c));
+    for (const struct place_shape *s = w.shape; s->kind != PLACE_END; s++)
+        show_solid(drive, s, end_s);
+    printf("%u,goal,0,%.2f,%.2f,,\n", drive, w.to[0], w.to[1]);
 }
 
 /* The next world of that kind that has a way to the goal. */

@@ -18,7 +18,7 @@
 #include "core/fault.h"
 #include "grid/voxel/cast.h"
 #include "report/lib/cost.h"
-#include "report/lib/dice.h"
+#include "tests/water/dice.h"
 #include "report/lib/stable.h"
 #include "report/lib/stable_sphere.h"
 

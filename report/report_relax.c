@@ -23,7 +23,7 @@
 #include "report/lib/basin.h"
 #include "report/lib/basin_grid.h"
 #include "report/lib/cost.h"
-#include "report/lib/dice.h"
+#include "tests/water/dice.h"
 
 #define SEEDS      6
 #define WALL_SEEDS 12
@@ -71,9 +71,8 @@ static bool has_surface(const struct basin *basin, const double place[2], const 
     rings_centre(rings, d, &az_rad, &el_rad);
     const double width_rad = rings_width(rings, rings_ring(rings, d));
     for (int k = -ACROSS; k <= ACROSS; k++) {
-        unsigned post;
         const double surface_m =
-            basin_range(basin, place, az_rad + width_rad * k / (2 * ACROSS), &post) / cos(el_rad);
+            basin_range(basin, place, az_rad + width_rad * k / (2 * ACROSS), NULL) / cos(el_rad);
         if (surface_m >= edge[layer] - EDGE_M && surface_m <= edge[layer + 1] + EDGE_M)
             return true;
     }
@@ -141,8 +140,8 @@ static void basins(unsigned seeds)
 
 #define WALL_M      4.0
 #define WALL_HALF_M 3.0
-#define POST_AZ_RAD 1.2
-#define POST_M      3.0
+#define POST_X_M    1.087073263 /* 3 m away at 1.2 rad */
+#define POST_Y_M    2.796117258
 #define POST_RADIUS 0.1
 #define DETECTION   0.6
 #define LISTEN_M    8.0
@@ -152,24 +151,15 @@ static void basins(unsigned seeds)
 #define HALF_BEAM   (GEO_PI / 180)
 #define MARGIN_RAD  (GEO_PI / 180) /* half of a direction */
 
-/* Range of the wall or the post along an azimuth; infinite: nothing is there. */
-static double wall_range(double az_rad)
-{
-    const double x = POST_M * cos(POST_AZ_RAD), y = POST_M * sin(POST_AZ_RAD);
-    const double along = x * cos(az_rad) + y * sin(az_rad),
-                 under = POST_RADIUS * POST_RADIUS - POST_M * POST_M + along * along;
-    if (along > 0 && under >= 0)
-        return along - sqrt(under);
-    return cos(az_rad) > 0 && fabs(WALL_M * tan(az_rad)) <= WALL_HALF_M ? WALL_M / cos(az_rad) : INFINITY;
-}
+static const struct place wall_and_post = {
+    .shape = {{.kind = PLACE_BOX, .p = {WALL_M, WALL_M, -WALL_HALF_M, WALL_HALF_M, -INFINITY, INFINITY}},
+              {.kind = PLACE_TUBE, .p = {POST_X_M, POST_Y_M, POST_RADIUS, -INFINITY, INFINITY}}}};
 
-/* The nearest within half_rad of it. */
+/* The nearest of them within half_rad of an azimuth; infinite: nothing is there. */
 static double wall_near(double az_rad, double half_rad)
 {
-    double near_m = INFINITY;
-    for (int k = -8; k <= 8; k++)
-        near_m = fmin(near_m, wall_range(az_rad + half_rad * k / 8));
-    return near_m;
+    return place_nearest(&wall_and_post, (const double[3]){0}, &(struct place_fan){az_rad, 0, half_rad, 0, 17, 1},
+                         0);
 }
 
 static uint64_t wall_turn(struct sphere *grid, struct store *store, unsigned seed, unsigned turn)
@@ -183,7 +173,7 @@ static uint64_t wall_turn(struct sphere *grid, struct store *store, unsigned see
         h = (struct beam_echoes){
             .az_rad = (float)az_rad, .blind_m = 0.5f, .free_to_m = (float)LISTEN_M, .state = BEAM_SILENT};
         if (isfinite(near_m) && dice_uniform(&dice) < DETECTION) {
-            const double range_m = near_m + 0.02 * creal(dice_normal(&dice)) * sqrt(2.0);
+            const double range_m = near_m + 0.02 * dice_gauss(&dice);
             h.n = 1;
             h.state = BEAM_ECHO;
             h.echo[0] = (struct echo){.range_m = (float)range_m,
@@ -223,7 +213,7 @@ static void ask_wall(struct sphere *grid, const struct store *store, uint64_t t_
         struct answer a;
         rings_centre(rings, d, &q.line.az_rad, &q.line.el_rad);
         asked_of_store(&asking, store, &q, &a);
-        if (isfinite(wall_range(q.line.az_rad))) {
+        if (isfinite(wall_near(q.line.az_rad, 0))) {
             m->held++;
             m->missed += a.state != ANSWER_BLOCKED;
             m->clear += a.state == ANSWER_CLEAR;

@@ -24,7 +24,7 @@
 #include "report/lib/chart.h"
 #include "report/lib/knob.h"
 #include "report/lib/cost.h"
-#include "report/lib/dice.h"
+#include "tests/water/dice.h"
 
 #define SEEDS       10
 #define QUICK_SEEDS 2
@@ -56,11 +56,6 @@ static const struct dimension {
     {"connection duct width", 1.5, 1.4, 0, {2.25, -0.5, 27.5}, {2.25, 0.5, 29.5}},
 };
 #define DIMENSIONS (sizeof dimensions / sizeof dimensions[0])
-
-static double normal(struct dice *dice)
-{
-    return sqrt(2) * creal(dice_normal(dice));
-}
 
 /* Free voxels in a row from one of them on, times their edge. */
 static double free_along(const struct chart *c, const double from[3], int axis, int step)
@@ -98,13 +93,13 @@ static void maps_of(const struct dive *dive, struct dive_ears *ears, const struc
                     struct chart **map, uint64_t seed, size_t pings)
 {
     struct dice dice = dice_of(seed, UINT64_MAX);
-    const double scale = 1 + DEPTH_SCALE_SD * normal(&dice), offset_m = DEPTH_OFFSET_M * normal(&dice);
+    const double scale = 1 + DEPTH_SCALE_SD * dice_gauss(&dice), offset_m = DEPTH_OFFSET_M * dice_gauss(&dice);
     for (unsigned k = 0; k < n; k++)
         map[k] = chart_make(dive->world, &set[k]);
     dive_begin(ears);
     for (size_t i = 0; i < pings && i < dive->n; i++) {
         const struct dive_look *look = &dive->look[i];
-        const double depth_m = scale * look->at[2] + offset_m + DEPTH_SD_M * normal(&dice);
+        const double depth_m = scale * look->at[2] + offset_m + DEPTH_SD_M * dice_gauss(&dice);
         const double at[3] = {look->at[0], look->at[1], DEPTH_STEP_M * round(depth_m / DEPTH_STEP_M)};
         struct beam_echoes heard;
         dive_hear(ears, dive, i, seed, &heard);
@@ -302,7 +297,7 @@ static double row_error(const struct chart *c, const double from[3], int axis)
     double d[3] = {0}, true_m = 0;
     for (int sign = -1; sign <= 1; sign += 2) {
         d[axis] = sign;
-        true_m += world_ray(c->world, from, d, DIVE_RANGE_M, 0);
+        true_m += place_ray(c->world, from, d, DIVE_RANGE_M, 0);
     }
     const double free_m = free_along(c, from, axis, 1) + free_along(c, from, axis, -1) - c->set.voxel_m;
     return fmax(0, free_m) / true_m - 1;
@@ -312,7 +307,7 @@ static double row_error(const struct chart *c, const double from[3], int axis)
 static double mean_error(const struct chart *c, int axis)
 {
     static double error[MAX_ROWS];
-    const struct world *w = c->world;
+    const struct place *w = c->world;
     const double h = c->set.voxel_m;
     double sum = 0;
     unsigned n = 0;
@@ -320,7 +315,7 @@ static double mean_error(const struct chart *c, int axis)
         for (double z = w->from[2]; z <= w->to[2] && n < MAX_ROWS; z += h) {
             double at[3] = {w->from[0], w->from[1], z};
             at[1 - axis] += beside_m;
-            if (world_clearance(w, at, 0) > h)
+            if (place_clearance(w, at, NULL, 0) > h)
                 error[n++] = row_error(c, at, axis);
         }
     cost_sort(error, n);
@@ -332,7 +327,7 @@ static double mean_error(const struct chart *c, int axis)
 static void fresh_shaft(uint64_t seed, struct dive_ears *ears, const struct knob *const knob[], unsigned n)
 {
     static const char *const name[] = {"length", "width"};
-    const struct world world = world_drawn(seed);
+    const struct place world = place_drawn(seed);
     const unsigned turns = (unsigned)((world.to[2] - world.from[2]) / TURN_M) + 1;
     struct dive *dive = dive_make(&world, turns, true, 0, DIVE_SOUND);
     struct chart_setting set[NAMED];
@@ -444,7 +439,7 @@ int main(int argc, char **argv)
         fprintf(stderr, "usage: report_shaft table|settings|fresh|paper|gain|slices [quick]\n");
         return 2;
     }
-    struct dive *dive = dive_make(world_named("shaft"), quick ? QUICK_TURNS : TURNS, true, 0, DIVE_SOUND);
+    struct dive *dive = dive_make(place_named("shaft"), quick ? QUICK_TURNS : TURNS, true, 0, DIVE_SOUND);
     struct dive_ears *ears = paper ? dive_ears_of_paper(gain ? GAIN_DB : 0.0) : dive_ears_make(true);
     if (cuts)
         slices(dive, ears);

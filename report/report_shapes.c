@@ -20,19 +20,16 @@
 #include "grid/sphere/shapes.h"
 #include "grid/sphere/sphere.h"
 #include "report/lib/basin_grid.h"
-#include "report/lib/dice.h"
+#include "tests/water/dice.h"
 #include "report/lib/sea.h"
-#include "tests/sim/lib/scene.h"
+#include "tests/water/places.h"
 
 #define SEEDS     60
 #define TURNS     2
 #define BEAMS     400 /* of a turn */
-#define RAYS_EL   21
-#define RAYS_AZ   5
 #define PING_S    0.05
 #define YAW_RAD   (25 * GEO_PI / 180)
-#define YAW_S     8.0 /* to and fro */
-#define WALL_DB   (-6.0)
+#define YAW_S     8.0  /* to and fro */
 #define REACH_M   11.5 /* of the head at its usual bins; for larger basins they grow */
 #define CLEAR_M   0.8  /* of the vehicle to the nearest wall */
 #define SIDES     4
@@ -41,63 +38,19 @@
 /* Walls stand at distance_m[k] in direction k * 90 degrees; corners lie between k and k + 1. */
 struct tank {
     double distance_m[SIDES], heading_rad, bins;
-    struct scene scene;
+    struct place place;
 };
 
 struct tally {
     unsigned walls, walls_false, corners, corners_false, all_walls, all_corners;
 };
 
-static double between(struct dice *dice, double low, double high)
-{
-    return low + (high - low) * dice_uniform(dice);
-}
-
 static void draw_tank(struct tank *tank, unsigned seed)
 {
-    struct dice dice = dice_of(seed, 77);
-    struct fault fault;
-    char text[160];
-    double *d = tank->distance_m;
-    for (int axis = 0; axis < 2; axis++) {
-        const double half_m = between(&dice, 1.5, 9), off_m = between(&dice, -1, 1) * (half_m - CLEAR_M);
-        d[axis] = half_m - off_m;
-        d[axis + 2] = half_m + off_m;
-    }
-    const double height_m = (d[0] + d[2]) / 2, up_m = height_m * between(&dice, 0.5, 1.25),
-                 down_m = height_m * between(&dice, 0.5, 1.25);
-    tank->heading_rad = between(&dice, 0, GEO_TURN);
+    tank->place = place_tank(seed, CLEAR_M, &tank->heading_rad);
+    const double *p = tank->place.shape[0].p, d[SIDES] = {p[1], p[3], -p[0], -p[2]};
+    memcpy(tank->distance_m, d, sizeof d);
     tank->bins = fmax(1, hypot(fmax(d[0], d[2]), fmax(d[1], d[3])) / REACH_M);
-    snprintf(text, sizeof text, "box %.4f %.4f %.4f %.4f %.4f %.4f", -d[2], d[0], -d[3], d[1], -up_m, down_m);
-    if (!scene_parse(&tank->scene, "tank", text, &fault)) {
-        fprintf(stderr, "report_shapes: %s\n", fault.text);
-        exit(1);
-    }
-}
-
-/* A fan of rays over the beam. */
-static void sound_of(const struct tank *tank, const struct ping *head, double az_rad, double *mean)
-{
-    static const double origin[3] = {0, 0, 0};
-    double sum = 0;
-    for (int k = 0; k < 2 * RAYS_AZ * RAYS_EL; k++) {
-        const int ray = k % (RAYS_AZ * RAYS_EL);
-        const double az = 2.0 * (ray / RAYS_EL) / (RAYS_AZ - 1) - 1,
-                     el = 2.0 * (ray % RAYS_EL) / (RAYS_EL - 1) - 1, weight = exp2(-8 * (az * az + el * el));
-        struct scene_hit hit;
-        double d[3];
-        if (k < RAYS_AZ * RAYS_EL) { /* the first half of the rounds only adds the weights up */
-            sum += weight;
-            continue;
-        }
-        geo_direction(az_rad + az * (double)head->az_aperture_rad, el * (double)head->el_aperture_rad, d);
-        if (!scene_cast(&tank->scene, origin, d, 0, &hit))
-            continue;
-        const double db = WALL_DB - 0.4 * hit.range_m + 10 * log10(hit.cos_incidence),
-                     bin = hit.range_m / (double)head->dr_m;
-        if (bin < head->n_bins)
-            mean[(uint32_t)bin] += weight / sum * pow(10, db / 10) * (double)(head->pulse_m / head->dr_m);
-    }
 }
 
 /* What a tank is heard with. */
@@ -127,6 +80,7 @@ static void start(struct rig *rig)
 static uint64_t hear(struct rig *rig, const struct tank *tank, unsigned seed, bool yaws, double compass_rad)
 {
     static const struct sea_scene water = {.floor_db = -44, .reverb_db = -60};
+    static const struct sea_sound sound = {.surface_db = -6, .rays_az = 5, .rays_el = 21};
     static uint8_t samples[SEA_MAX_BINS];
     uint64_t t_ns = 0;
     for (unsigned i = 0; i < TURNS * BEAMS; i++) {
@@ -135,12 +89,13 @@ static uint64_t hear(struct rig *rig, const struct tank *tank, unsigned seed, bo
         struct ping_beam axis = {.az_rad = (float)(GEO_TURN * (i % BEAMS) / BEAMS)};
         struct beam_echoes beam;
         struct echoes e = {.max_beams = 1, .beam = &beam};
-        double mean[SEA_MAX_BINS] = {0};
+        double mean[SEA_MAX_BINS] = {0}, attitude[4];
         const double yaw_rad = tank->heading_rad + (yaws ? YAW_RAD * sin(GEO_TURN * i * PING_S / YAW_S) : 0),
-                     compass_heading_rad = yaw_rad + compass_rad * sqrt(2.0) * creal(dice_normal(&dice));
+                     compass_heading_rad = yaw_rad + compass_rad * dice_gauss(&dice);
         ping.dr_m *= (float)tank->bins;
         ping.pulse_m *= (float)tank->bins;
-        sound_of(tank, &ping, yaw_rad + (double)axis.az_rad, mean);
+        quat_from_rpy(0, 0, yaw_rad + (double)axis.az_rad, attitude);
+        sea_surfaces(&sound, &tank->place, (const double[3]){0}, attitude, 0, &ping, mean);
         sea_disturb(&water, SEA_PING360, false, &dice, mean);
         sea_hear(SEA_PING360, mean, 0.2, 0, &dice, samples);
         ping.t_ns = t_ns = (uint64_t)((i + 1) * PING_S * 1e9);

@@ -18,7 +18,7 @@
 #include "report/lib/basin.h"
 #include "report/lib/basin_grid.h"
 #include "report/lib/cost.h"
-#include "report/lib/dice.h"
+#include "tests/water/dice.h"
 #include "report/lib/scans.h"
 
 #define SEEDS        8
@@ -138,13 +138,13 @@ static double beyond_edge(const struct seen *seen, double middle_rad, double hal
 
 static void ask_posts(const struct seen *seen, const struct basin *basin, const double place[2], struct tally *t)
 {
-    for (unsigned k = 0; k < BASIN_POSTS; k++) {
-        const double x = basin->post[k][0] - place[0], y = basin->post[k][1] - place[1], r = sqrt(x * x + y * y);
-        const double middle = atan2(y, x), half = asin(basin->radius_m / r);
-        unsigned post;
-        basin_range(basin, place, middle, &post);
-        for (int side = -1; post == k && side <= 1; side += 2, t->edges++)
-            t->beyond_rad += beyond_edge(seen, middle, half, r - basin->radius_m, side);
+    for (int k = 1; basin->place.shape[k].kind != PLACE_END; k++) {
+        const double *post = basin->place.shape[k].p, x = post[0] - place[0], y = post[1] - place[1];
+        const double r = sqrt(x * x + y * y), middle = atan2(y, x), half = asin(post[2] / r);
+        int shape;
+        basin_range(basin, place, middle, &shape);
+        for (int side = -1; shape == k && side <= 1; side += 2, t->edges++)
+            t->beyond_rad += beyond_edge(seen, middle, half, r - post[2], side);
     }
 }
 

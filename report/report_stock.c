@@ -58,8 +58,8 @@ static const struct manoeuvre {
                   {"in place, station_keeping", 0.05, .key = "station_keeping", .value = "0.05 m/s"}};
 #define MANOEUVRES (sizeof manoeuvres / sizeof manoeuvres[0])
 
-static const enum pilot_place places[] = {PILOT_HARBOUR, PILOT_BASIN};
-#define PLACES (sizeof places / sizeof places[0])
+static const enum pilot_place where[] = {PILOT_HARBOUR, PILOT_BASIN};
+#define PLACES (sizeof where / sizeof where[0])
 
 struct count {
     unsigned sectors, wrong, clear, said_clear;
@@ -74,7 +74,7 @@ struct dive {
     const struct manoeuvre *what;
     struct rov rov;
     struct rov_sticks sticks;
-    struct pilot_world world;
+    struct place world;
     struct rov_bound bound;
     struct pilot_head head;
     double start_m[3]; /* where it was when the scene began */
@@ -155,16 +155,7 @@ static void hear(struct dive *v)
 /* The nearest surface in a sector, up and down by so much, from a place of the vehicle's. */
 static double nearest_m(const struct dive *v, const double from_m[3], double az_rad, double high_rad)
 {
-    double nearest = INFINITY;
-    for (int i = -3; i <= 3; i++)
-        for (int k = -6; k <= 6; k++) {
-            struct scene_hit hit;
-            double direction[3];
-            geo_direction(az_rad + geo_rad(2.5) * i / 3, high_rad * k / 6, direction);
-            if (scene_cast(&v->world.scene, from_m, direction, v->t_s, &hit))
-                nearest = fmin(nearest, hit.range_m);
-        }
-    return nearest;
+    return place_nearest(&v->world, from_m, &(struct place_fan){az_rad, 0, geo_rad(2.5), high_rad, 7, 13}, v->t_s);
 }
 
 static void look_around(struct dive *v, struct count *n)
@@ -269,7 +260,7 @@ static bool begin(struct dive *v, const struct manoeuvre *what, enum pilot_place
     *v = (struct dive){.what = what,
                        .seed = seed,
                        .line_s = 10.0 * (PING360_SAMPLES_FEW + REPLY_BYTES) / (line ? atof(line) : 921600)};
-    pilot_world_draw(&v->world, place, seed, &pilot_hull, 1);
+    v->world = place_of_pilot(place, seed, &pilot_hull, 1);
     rov_start(&v->rov, seed, false, what->current_mps);
     v->rov.place_m[2] = v->sticks.depth_m = 10;
     v->sticks.levels = v->sticks.heads = v->sticks.deep = true;
@@ -295,7 +286,7 @@ static void watch(unsigned number, unsigned place, uint64_t seed)
     static struct dive v;
     const struct manoeuvre *what = &manoeuvres[number];
     struct count *n = &counts[number][place];
-    if (!begin(&v, what, places[place], seed))
+    if (!begin(&v, what, where[place], seed))
         exit(2);
     for (int k = 0; v.t_s < REST_S + MANOEUVRE_S + WATCH_S; k++) {
         double place_m[3];
@@ -307,7 +298,7 @@ static void watch(unsigned number, unsigned place, uint64_t seed)
             memcpy(v.start_m, v.rov.place_m, sizeof v.start_m);
         place_of(&v, place_m);
         place_m[2] = 0;
-        if (pilot_world_clearance(&v.world, place_m, &pilot_hull, v.t_s) < CLEAR_M)
+        if (place_clearance(&v.world, place_m, &pilot_hull, v.t_s) < CLEAR_M)
             break;
         loop_advance(d.loop, ns_of(v.t_s));
         if (k % SAMPLE == 0)
@@ -351,7 +342,7 @@ int main(int argc, char **argv)
             const struct count *n = &counts[m][p];
             printf(csv ? "\"%s\",%s,%u,%.2f,%.2f,%.1f,%.1f,%.1f,%u\n"
                        : "%-28s %-8s %5u   %4.2f   %4.2f      %4.0f %%    %4.0f %%              %4.0f %%  %5u\n",
-                   manoeuvres[m].name, pilot_place_name[places[p]], n->asked, n->speed_mps / fmax(1, n->asked),
+                   manoeuvres[m].name, pilot_place_name[where[p]], n->asked, n->speed_mps / fmax(1, n->asked),
                    n->bound_mps / fmax(1, n->asked), percent(n->said_m, n->free_m), percent(n->seen_m, n->free_m),
                    percent(n->said_clear, n->clear), n->wrong);
             fflush(stdout);

@@ -91,14 +91,14 @@ struct tally {
 static void add_beam(struct tally *t, const struct sea_ping *sea, const struct beam_echoes *found)
 {
     const double free_m = found->free_to_m > found->blind_m ? (double)found->free_to_m : 0.0;
-    const double end_m = fmin(sea->nearest_m, (double)sea->ping.dr_m * sea->ping.n_bins);
+    const double end_m = fmin(sea->met.nearest_m, (double)sea->ping.dr_m * sea->ping.n_bins);
     t->water_m += end_m;
     t->said_m += fmax(0.0, fmin(free_m, end_m) - (double)found->blind_m);
-    if (!isfinite(sea->nearest_m))
+    if (!isfinite(sea->met.nearest_m))
         return;
     t->surfaces++;
-    t->past += free_m > sea->nearest_m + PAST_M;
-    t->past_max_m = fmax(t->past_max_m, free_m - sea->nearest_m);
+    t->past += free_m > sea->met.nearest_m + PAST_M;
+    t->past_max_m = fmax(t->past_max_m, free_m - sea->met.nearest_m);
 }
 
 /* Another scan comes first, so that what is usual is known. */

@@ -21,7 +21,7 @@
 
 #include "report/lib/chart.h"
 #include "report/lib/cost.h"
-#include "report/lib/dice.h"
+#include "tests/water/dice.h"
 #include "report/lib/knob.h"
 #include "peer.h"
 
@@ -124,8 +124,8 @@ static void false_free(bool quick)
 {
     struct dive_ears *ears = dive_ears_make(false);
     printf("world,ranges,voxel_m,tolerance_voxels,threshold,free_m3,false_free_m3,behind_max_m\n");
-    for (unsigned w = 0; w < worlds_n; w += quick ? 4 : 1) {
-        struct dive *dive = dive_make(&worlds[w], quick ? QUICK_TURNS : TURNS, false, 0, DIVE_TRUTH | DIVE_SOUND);
+    for (unsigned w = 0; w < places_n; w += quick ? 4 : 1) {
+        struct dive *dive = dive_make(&places[w], quick ? QUICK_TURNS : TURNS, false, 0, DIVE_TRUTH | DIVE_SOUND);
         false_truth(dive, 0, 0, 0, 0, "true");
         false_truth(dive, 0.5, 0, 0, 0, "true");
         false_truth(dive, 0.866, 0, 0, 0, "true");
@@ -168,7 +168,7 @@ static void fresh(uint64_t first, unsigned count, bool quick)
     struct dive_ears *ears = dive_ears_make(true), *mud = dive_ears_over_mud(20);
     printf("kind,world,level_db,setting,free_m3,false_free_m3,behind_max_m\n");
     for (uint64_t seed = first; seed < first + (quick ? QUICK_FRESH : count); seed++) {
-        const struct world world = world_drawn(seed);
+        const struct place world = place_drawn(seed);
         struct dive *dive = dive_make(&world, quick ? QUICK_TURNS : TURNS, false, 0, DIVE_SOUND);
         struct beam_echoes *heard = hear_all(dive, ears, seed), *over = hear_all(dive, mud, seed);
         for (size_t as = 0; as < HEARD_AS; as++)
@@ -238,7 +238,7 @@ static struct chart_setting setting_of(const struct knob *s)
     return chart_setting_of(&conf);
 }
 
-static struct water water_make(const struct world *world, const struct knob *s)
+static struct water water_make(const struct place *world, const struct knob *s)
 {
     const struct chart_setting set = setting_of(s);
     struct water w = {.chart = chart_make(world, &set)};
@@ -439,7 +439,7 @@ static void errors(unsigned seeds, unsigned turns)
     printf(KNOB_COLUMNS ",scene,seed,false_free_m3,behind_max_m,not_found_share,not_common_share,free_iou,"
                         "to_truth_mean_m,to_truth_p95_m,to_truth_max_m,to_map_mean_m,to_map_p95_m,to_map_max_m\n");
     for (size_t world = 0; world < CLOSED; world++) {
-        struct dive *dive = dive_make(world_named(closed[world]), turns, false, 0, DIVE_TRUTH | DIVE_SOUND);
+        struct dive *dive = dive_make(place_named(closed[world]), turns, false, 0, DIVE_TRUTH | DIVE_SOUND);
         struct chart *reference = reference_of(dive);
         for (unsigned seed = 0; seed < seeds; seed++) {
             struct beam_echoes *heard = hear_all(dive, ears, seed + 1);
@@ -538,7 +538,7 @@ static void compare_maps(unsigned seeds, unsigned turns)
         is_here(&settings[SETTINGS - 1]) ? MAPS : MAPS - 2; /* the peer's are the last in either list */
 
     for (size_t world = 0; world < CLOSED; world++) {
-        struct dive *dive = dive_make(world_named(closed[world]), turns, false, 0, DIVE_TRUTH | DIVE_SOUND);
+        struct dive *dive = dive_make(place_named(closed[world]), turns, false, 0, DIVE_TRUTH | DIVE_SOUND);
         struct chart *reference = reference_of(dive);
         for (unsigned seed = 0; seed < seeds; seed++) {
             struct beam_echoes *heard = hear_all(dive, ears, seed + 1);
@@ -561,7 +561,7 @@ static void compare_maps(unsigned seeds, unsigned turns)
 static void cost(unsigned repetitions)
 {
     struct dive_ears *ears = dive_ears_make(false);
-    struct dive *dive = dive_make(world_named(closed[0]), 2, false, 0, DIVE_SOUND);
+    struct dive *dive = dive_make(place_named(closed[0]), 2, false, 0, DIVE_SOUND);
     struct beam_echoes *heard = hear_all(dive, ears, 1);
     printf(KNOB_COLUMNS ",ns_per_bin,ns_low,ns_high,map_bytes\n");
     for (size_t s = 0; s < SETTINGS && is_here(&settings[s]); s++) {
@@ -588,7 +588,7 @@ static void cost(unsigned repetitions)
 static void count(void)
 {
     struct dive_ears *ears = dive_ears_make(false);
-    struct dive *dive = dive_make(world_named(closed[0]), 1, false, 0, DIVE_SOUND);
+    struct dive *dive = dive_make(place_named(closed[0]), 1, false, 0, DIVE_SOUND);
     struct beam_echoes *heard = hear_all(dive, ears, 1);
     printf(KNOB_COLUMNS ",bins\n");
     for (size_t s = 0; s < SETTINGS && is_here(&settings[s]); s++) {

@@ -17,7 +17,7 @@
 #include "daemon/input/pose_log.h"
 #include "report/lib/chart.h"
 #include "report/lib/cost.h"
-#include "report/lib/dice.h"
+#include "tests/water/dice.h"
 
 #define SEEDS    5
 #define PINGS    (2 * DIVE_TURN)
@@ -55,7 +55,7 @@ struct outcome {
 };
 
 /* One run: truth[PINGS] has where each beam really looked and what it met first; poses begin `phase` of a step late. */
-static struct outcome run(const struct world *world, const struct dive_look *truth, double yaw_degps,
+static struct outcome run(const struct place *world, const struct dive_look *truth, double yaw_degps,
                           double pose_hz, enum method method, double phase)
 {
     static struct pose_log log;
@@ -92,7 +92,7 @@ static struct outcome run(const struct world *world, const struct dive_look *tru
     return out;
 }
 
-static void row(const struct world *world, const struct dive_look *truth, double yaw_degps, double pose_hz,
+static void row(const struct place *world, const struct dive_look *truth, double yaw_degps, double pose_hz,
                 enum method method, unsigned seeds)
 {
     double heading[SEEDS], wrong[SEEDS], behind[SEEDS], ns[SEEDS];
@@ -118,7 +118,7 @@ int main(int argc, char **argv)
     static const double yaw_degps[] = {0, 10, 30, 90, 180}, pose_hz[] = {5, 10, 20, 50, 100};
     static struct dive_look truth[PINGS];
     const bool quick = argc > 1 && strcmp(argv[1], "quick") == 0;
-    const struct world *world = world_named("box tank");
+    const struct place *world = place_named("box tank");
     printf(
         "world,yaw_degps,pose_hz,method,heading_p95_deg,false_free_m3,false_free_low,false_free_high,behind_max_m,"
         "ns_per_pose\n");
@@ -126,7 +126,7 @@ int main(int argc, char **argv)
         for (size_t i = 0; i < PINGS; i++) {
             truth[i] = (struct dive_look){.t_s = 10 + (double)i / DIVE_RATE_HZ, .at = {-1, 0.4, 3}};
             turn_look(&truth[i], i, yaw_at(yaw_degps[y], truth[i].t_s));
-            truth[i].first_m = world_first(world, truth[i].at, truth[i].axis, geo_rad(DIVE_AZ_DEG / 2),
+            truth[i].first_m = place_first(world, truth[i].at, truth[i].axis, geo_rad(DIVE_AZ_DEG / 2),
                                            geo_rad(DIVE_EL_DEG / 2), DIVE_RANGE_M, 0);
         }
         for (int p = 0; p < 5; p += quick ? 4 : 1)

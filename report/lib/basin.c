@@ -5,7 +5,7 @@
 #include <math.h>
 
 #include "grid/ping.h"
-#include "dice.h"
+#include "tests/water/dice.h"
 
 #define RAYS    9   /* traced across a beam */
 #define APART_M 0.3 /* surfaces that are nearer to each other give one echo */
@@ -17,15 +17,7 @@
 
 void basin_make(struct basin *b, unsigned seed)
 {
-    struct dice dice = dice_of(seed, 1);
-    *b = (struct basin){
-        .half_m = {5.0 + dice_uniform(&dice), 4.0 + dice_uniform(&dice)}, .radius_m = 0.1, .seed = seed};
-    for (int k = 0; k < BASIN_POSTS; k++) { /* all around, clear of the path */
-        const double az = GEO_TURN * (k + 0.6 * dice_uniform(&dice)) / BASIN_POSTS,
-                     r = 2.2 + 1.2 * dice_uniform(&dice);
-        b->post[k][0] = r * cos(az);
-        b->post[k][1] = r * sin(az);
-    }
+    *b = (struct basin){.place = place_basin(seed), .seed = seed};
 }
 
 void basin_place(const struct basin *b, unsigned turn, double place[2])
@@ -35,41 +27,28 @@ void basin_place(const struct basin *b, unsigned turn, double place[2])
     place[1] = 0.25 * (turn - 0.5 * (BASIN_TURNS - 1)) * sin(way);
 }
 
-double basin_range(const struct basin *b, const double p[2], double az_rad, unsigned *post)
+double basin_range(const struct basin *b, const double p[2], double az_rad, int *shape)
 {
-    const double u[2] = {cos(az_rad), sin(az_rad)};
-    double range = INFINITY;
-    *post = BASIN_POSTS;
-    for (int i = 0; i < 2; i++)
-        if (u[i] != 0)
-            range = fmin(range, (copysign(b->half_m[i], u[i]) - p[i]) / u[i]);
-    for (unsigned k = 0; k < BASIN_POSTS; k++) {
-        const double x = b->post[k][0] - p[0], y = b->post[k][1] - p[1], along = x * u[0] + y * u[1];
-        const double under = b->radius_m * b->radius_m - x * x - y * y + along * along;
-        if (along > 0 && under >= 0 && along - sqrt(under) < range) {
-            range = along - sqrt(under);
-            *post = k;
-        }
-    }
-    return range;
+    struct place_hit hit;
+    place_cast(&b->place, (const double[]){p[0], p[1], 0}, (const double[]){cos(az_rad), sin(az_rad), 0}, 0, &hit);
+    if (shape)
+        *shape = hit.shape;
+    return hit.range_m;
 }
 
 double basin_nearest(const struct basin *b, const double p[2], double az_rad, double half_rad)
 {
-    unsigned post;
-    double nearest = INFINITY;
-    for (int k = -20; k <= 20; k++)
-        nearest = fmin(nearest, basin_range(b, p, az_rad + half_rad * k / 20, &post));
-    return nearest;
+    const struct place_fan fan = {az_rad, 0, half_rad, 0, 41, 1};
+    return place_nearest(&b->place, (const double[]){p[0], p[1], 0}, &fan, 0);
 }
 
 /* Ranges that a beam meets, the nearest first, those that run into each other once. */
 static unsigned ranges_of(const struct basin *b, const double p[2], double az_rad, double range_m[RAYS])
 {
-    unsigned post, n = 0;
+    unsigned n = 0;
     double ray[RAYS];
     for (int k = 0; k < RAYS; k++)
-        ray[k] = basin_range(b, p, az_rad + geo_rad(BASIN_AZ_DEG) * ((double)k / (RAYS - 1) - 0.5), &post);
+        ray[k] = basin_range(b, p, az_rad + geo_rad(BASIN_AZ_DEG) * ((double)k / (RAYS - 1) - 0.5), NULL);
     for (double last = -INFINITY;; last = range_m[n++]) {
         double next = INFINITY;
         for (int k = 0; k < RAYS; k++)
@@ -91,8 +70,7 @@ void basin_listen(const struct basin *b, unsigned turn, unsigned beam, bool stil
     *h = (struct beam_echoes){.az_rad = (float)az_rad, .blind_m = 0.5f, .state = BEAM_SILENT};
     h->n = (uint8_t)ranges_of(b, place, az_rad, range_m);
     for (unsigned k = 0; k < h->n; k++) {
-        const double sd_m = NOISE_M + NOISE * range_m[k],
-                     r = range_m[k] + sd_m * creal(dice_normal(&dice)) * sqrt(2.0);
+        const double sd_m = NOISE_M + NOISE * range_m[k], r = range_m[k] + sd_m * dice_gauss(&dice);
         h->echo[k] = (struct echo){.range_m = (float)r,
                                    .near_m = (float)(r - PULSE_M),
                                    .sd_m = (float)sd_m,

@@ -7,16 +7,15 @@
 #define SONARD_REPORT_BASIN_H
 
 #include "grid/echoes.h"
+#include "tests/water/places.h"
 
-#define BASIN_POSTS  6
 #define BASIN_BEAMS  400 /* of a turn */
 #define BASIN_TURNS  6
 #define BASIN_AZ_DEG 2.0
 #define BASIN_EL_DEG 20.0
 
 struct basin {
-    double half_m[2]; /* of its sides */
-    double post[BASIN_POSTS][2], radius_m;
+    struct place place; /* posts are its shapes from 1 on */
     unsigned seed;
 };
 
@@ -26,8 +25,8 @@ void basin_make(struct basin *basin, unsigned seed);
 /** basin_place - where the vehicle is in a turn: it stands still within each. */
 void basin_place(const struct basin *basin, unsigned turn, double place[2]);
 
-/** basin_range - the nearest surface from a place along an azimuth; *post: its number, or BASIN_POSTS for a wall. */
-double basin_range(const struct basin *basin, const double place[2], double az_rad, unsigned *post);
+/** basin_range - the nearest surface from a place along an azimuth; *shape: whose, 0 of a wall. May be NULL. */
+double basin_range(const struct basin *basin, const double place[2], double az_rad, int *shape);
 
 /** basin_nearest - the nearest surface within half_rad of an azimuth. */
 double basin_nearest(const struct basin *basin, const double place[2], double az_rad, double half_rad);

@@ -70,7 +70,7 @@ struct chart_setting chart_setting_of(const struct conf *conf)
                                   .body_m = s->body_radius_m};
 }
 
-struct chart *chart_make(const struct world *world, const struct chart_setting *set)
+struct chart *chart_make(const struct place *world, const struct chart_setting *set)
 {
     struct chart *c = room(sizeof *c);
     double middle[3], side_m = 0;
@@ -219,7 +219,7 @@ static bool in_sight(const struct chart *c, const struct dive_look *look, const 
     }
     for (int a = 0; a < 3; a++)
         direction[a] /= away_m;
-    return away_m > 0 && world_ray(c->world, look->at, direction, away_m, look->t_s) >= away_m;
+    return away_m > 0 && place_ray(c->world, look->at, direction, away_m, look->t_s) >= away_m;
 }
 
 void chart_enter_sight(struct chart *c, const struct dive_look *look)
@@ -260,7 +260,7 @@ double chart_false_free(const struct chart *c, double t_s, double *behind_max_m,
             continue;
         free_voxels++;
         chart_center(c, cell, at);
-        const double clear = world_clearance(c->world, at, t_s);
+        const double clear = place_clearance(c->world, at, NULL, t_s);
         if (clear <= 0) {
             wrong++;
             *behind_max_m = fmax(*behind_max_m, -clear);
@@ -335,7 +335,7 @@ static void surfaces(const struct chart *c, const struct chart *reference, doubl
         if (!mark[i++] || !is_heard(c, cell))
             continue;
         chart_center(c, cell, at);
-        d[n++] = fabs(world_clearance(c->world, at, t_s));
+        d[n++] = fabs(place_clearance(c->world, at, NULL, t_s));
     }
     out->to_truth = surface_spread_of(d, n);
     n = i = 0;
@@ -343,7 +343,7 @@ static void surfaces(const struct chart *c, const struct chart *reference, doubl
     {
         chart_center(reference, cell, at);
         /* Of the reference's frontier only what lies at a surface, and a part of it is enough. */
-        if (truth[i++] && i % 7 == 0 && world_clearance(c->world, at, t_s) < reference->set.voxel_m) {
+        if (truth[i++] && i % 7 == 0 && place_clearance(c->world, at, NULL, t_s) < reference->set.voxel_m) {
             const struct lattice_place place = chart_place(c, at);
             d[n++] = surface_to_marked(&c->box, mark, c->set.voxel_m, &place);
         }

@@ -21,7 +21,7 @@ struct chart_setting {
 };
 
 struct chart {
-    const struct world *world;
+    const struct place *world;
     struct chart_setting set;
     struct cast_opening opening, axis_opening, edge_opening; /* of free water */
     struct cast_opening heard_opening;                       /* of echoes */
@@ -37,7 +37,7 @@ struct chart {
 struct chart_setting chart_setting_of(const struct conf *conf);
 
 /** chart_make - empty; of the heap. Ends the program when a setting is out of range. */
-struct chart *chart_make(const struct world *world, const struct chart_setting *set);
+struct chart *chart_make(const struct place *world, const struct chart_setting *set);
 void chart_free(struct chart *c);
 
 /** chart_place - of a place in the world's coordinates. */

@@ -11,14 +11,8 @@
 #include "grid/range/background_learn.h"
 #include "grid/range/cleanup.h"
 #include "grid/range/extract.h"
-#include "dice.h"
+#include "tests/water/dice.h"
 
-#define RAYS_AZ     5 /* over twice the half-power aperture, where the two-way pattern is 24 dB down */
-#define RAYS_EL     45
-#define WALL_DB     (-6.0)
-#define ABSORPTION  0.4     /* dB per metre, there and back */
-#define BOUNCE_DB   (-15.0) /* of what comes from a surface twice */
-#define STEP_M      1e-3    /* along a ray, to see at which angle it meets the surface */
 #define UNITS       (6400 / DIVE_TURN)
 #define LEARN_SCANS 7
 #define LEARN_SEED  1000000
@@ -26,6 +20,8 @@
 #define MASK        64   /* counts, as [background] mask */
 #define PING_NS     40000000u
 
+static const struct sea_sound sound = {
+    .surface_db = -6, .rough = 0.1, .bounce_db = {-15}, .rays_az = 5, .rays_el = 45, .staggered = true};
 static const struct sea_scene noise = {
     .floor_db = -44, .reverb_db = -60, .ring_m = 0.2, .burst_share = 0.02, .frame_m = 0.45};
 
@@ -41,7 +37,7 @@ static void *room(size_t bytes)
 
 /* ---- the way, and what is there ---- */
 
-static void look_from(struct dive_look *look, const struct world *world, double along, double heading_rad,
+static void look_from(struct dive_look *look, const struct place *world, double along, double heading_rad,
                       double tilt_rad)
 {
     static const double unit[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
@@ -52,61 +48,16 @@ static void look_from(struct dive_look *look, const struct world *world, double 
         quat_rotate(look->attitude, unit[a], look->axis[a]);
 }
 
-static void add_power(float *mean, double range_m, double power)
-{
-    const double bin = range_m / (double)sea_ping_of(SEA_MICRON).dr_m;
-    if (bin < sea_ping_of(SEA_MICRON).n_bins)
-        mean[(size_t)bin] += (float)power;
-}
-
-/* What a surface returns of what others do, just before a place where a ray meets it. */
-static double softness(const struct world *world, const double before[3], double t_s)
-{
-    const double below[3] = {before[0], before[1], before[2] + STEP_M / 2};
-    const double rise_m = world_clearance(world, below, t_s) - world_clearance(world, before, t_s);
-    return fabs(rise_m) > STEP_M / 4 ? pow(10, world->level_db / 10) : 1;
-}
-
-static void add_ray(const struct world *world, const struct dive_look *look, const double in_beam[3], double power,
-                    float *mean)
-{
-    double d[3], before[3];
-    quat_rotate(look->attitude, in_beam, d);
-    const double range_m = world_ray(world, look->at, d, DIVE_RANGE_M, look->t_s);
-    if (range_m >= DIVE_RANGE_M)
-        return;
-    for (int a = 0; a < 3; a++)
-        before[a] = look->at[a] + (range_m - STEP_M) * d[a];
-    const double square = fmin(1, world_clearance(world, before, look->t_s) / STEP_M);
-    const double soft = world->level_db < 0 ? softness(world, before, look->t_s) : 1;
-    const double echo = power * soft * square * pow(10, (WALL_DB - ABSORPTION * range_m) / 10);
-    add_power(mean, range_m, echo);
-    /* Only what is met nearly square on throws sound back and forth. */
-    add_power(mean, 2 * range_m, echo * pow(square, 8) * pow(10, (BOUNCE_DB - ABSORPTION * range_m) / 10));
-}
-
-/* Every azimuth has elevations of its own, so that an oblique surface is not a row of points. */
-static void sound_of(const struct world *world, const struct dive_look *look, float *mean)
+static void sound_of(const struct place *world, const struct dive_look *look, float *mean)
 {
     const struct ping head = sea_ping_of(SEA_MICRON);
-    double sum = 0;
-    for (int pass = 0; pass < 2; pass++)
-        for (int i = 0; i < RAYS_AZ; i++)
-            for (int k = 0; k < RAYS_EL; k++) {
-                const double az = 2.0 * (i + 0.5) / RAYS_AZ - 1;
-                const double el = 2.0 * (k + (i * 3 % RAYS_AZ + 0.5) / RAYS_AZ) / RAYS_EL - 1;
-                const double weight = exp2(-8 * (az * az + el * el));
-                double d[3];
-                if (pass == 0) {
-                    sum += weight;
-                    continue;
-                }
-                geo_direction(az * geo_rad(DIVE_AZ_DEG), el * geo_rad(DIVE_EL_DEG), d);
-                add_ray(world, look, d, weight / sum * (double)(head.pulse_m / head.dr_m), mean);
-            }
+    double power[SEA_MAX_BINS] = {0};
+    sea_surfaces(&sound, world, look->at, look->attitude, look->t_s, &head, power);
+    for (uint32_t b = 0; b < head.n_bins; b++)
+        mean[b] = (float)power[b];
 }
 
-struct dive *dive_make(const struct world *world, unsigned turns, bool back, double tilt_rad, unsigned parts)
+struct dive *dive_make(const struct place *world, unsigned turns, bool back, double tilt_rad, unsigned parts)
 {
     struct dive *dive = room(sizeof *dive);
     const size_t way = (size_t)turns * DIVE_TURN;
@@ -121,7 +72,7 @@ struct dive *dive_make(const struct world *world, unsigned turns, bool back, dou
                   tilt_rad);
         if (parts & DIVE_TRUTH)
             dive->look[i].first_m =
-                world_first(world, dive->look[i].at, dive->look[i].axis, geo_rad(DIVE_AZ_DEG / 2),
+                place_first(world, dive->look[i].at, dive->look[i].axis, geo_rad(DIVE_AZ_DEG / 2),
                             geo_rad(DIVE_EL_DEG / 2), DIVE_RANGE_M, dive->look[i].t_s);
         if (parts & DIVE_SOUND)
             sound_of(world, &dive->look[i], dive->mean[i]);

@@ -12,7 +12,7 @@
 
 #include "grid/echoes.h"
 #include "sea.h"
-#include "world.h"
+#include "tests/water/places.h"
 
 #define DIVE_TURN    200  /* pings */
 #define DIVE_RATE_HZ 25.0 /* of pings */
@@ -31,7 +31,7 @@ struct dive_look {
 enum dive_part { DIVE_TRUTH = 1, DIVE_SOUND = 2 };
 
 struct dive {
-    const struct world *world;
+    const struct place *world;
     size_t n;
     struct dive_look *look;      /* [n] */
     float (*mean)[SEA_MAX_BINS]; /* [n] power of surfaces by bin; NULL without DIVE_SOUND */
@@ -39,7 +39,7 @@ struct dive {
 
 /** dive_make - along the world's way in `turns` turns, and back in as many when `back`; roll and pitch sway by
  * tilt_rad. Of parts (set of enum dive_part) only those asked for are made. Of the heap. */
-struct dive *dive_make(const struct world *world, unsigned turns, bool back, double tilt_rad, unsigned parts);
+struct dive *dive_make(const struct place *world, unsigned turns, bool back, double tilt_rad, unsigned parts);
 void dive_free(struct dive *dive);
 
 struct dive_ears;

@@ -4,7 +4,7 @@
 
 #include <math.h>
 
-#include "dice.h"
+#include "tests/water/dice.h"
 
 #define TIMING_STREAM 2000000u
 
@@ -22,35 +22,14 @@ static const struct {
                               [DRAWN_NET] = {18.0, 0.0},
                               [DRAWN_LINE] = {24.0, 10.0}};
 
-static double between(struct dice *d, double low, double high)
-{
-    return low + (high - low) * dice_uniform(d);
-}
-
-/* Every factor as likely as any other. */
-static double scaled(struct dice *d, double low, double high)
-{
-    return low * pow(high / low, dice_uniform(d));
-}
-
-static bool chance(struct dice *d, double share)
-{
-    return dice_uniform(d) < share;
-}
-
-static double normal(struct dice *d)
-{
-    return sqrt(2.0) * creal(dice_normal(d));
-}
-
 /* ---- the head and its receiver ---- */
 
 static void draw_axis(struct drawn_world *w, struct dice *d, double most_m, double least_bins, double most_bins,
                       double least_pulse_m)
 {
-    w->range_m = scaled(d, 2.0, most_m);
-    w->bins = (uint32_t)fmin(between(d, least_bins, most_bins), w->range_m / 0.00165);
-    w->pulse_m = fmax(least_pulse_m, w->range_m * scaled(d, 0.0025, 0.01));
+    w->range_m = dice_scaled(d, 2.0, most_m);
+    w->bins = (uint32_t)fmin(dice_between(d, least_bins, most_bins), w->range_m / 0.00165);
+    w->pulse_m = fmax(least_pulse_m, w->range_m * dice_scaled(d, 0.0025, 0.01));
     w->pulse_bins = (uint32_t)fmax(1.0, round(w->pulse_m / (w->range_m / w->bins)));
     w->ping_s = 0.03 + w->range_m / 750.0;
 }
@@ -63,37 +42,37 @@ static void draw_head(struct drawn_world *w, struct dice *d)
     if (kind < 0.4) {
         w->head = "ping360";
         w->turn_units = 400;
-        w->step_units = 1u << (unsigned)between(d, 0, 3);
+        w->step_units = 1u << (unsigned)dice_between(d, 0, 3);
         w->az_aperture_rad = geo_rad(2.0);
         w->el_aperture_rad = geo_rad(25.0);
-        w->law = chance(d, 0.8) ? AMPLITUDE_SQRT : AMPLITUDE_LINEAR;
+        w->law = dice_chance(d, 0.8) ? AMPLITUDE_SQRT : AMPLITUDE_LINEAR;
         draw_axis(w, d, 60.0, 400, DRAWN_MAX_BINS, 0.0075);
     } else if (kind < 0.75) {
         w->head = "micron";
         w->turn_units = 6400;
-        w->step_units = 16u << (unsigned)between(d, 0, 3);
+        w->step_units = 16u << (unsigned)dice_between(d, 0, 3);
         w->az_aperture_rad = geo_rad(3.0);
         w->el_aperture_rad = geo_rad(35.0);
         w->law = AMPLITUDE_LOG;
-        w->four_bit = chance(d, 0.3);
-        w->low = between(d, 0.0, 40.0);
-        w->span = between(d, 80.0, 200.0);
+        w->four_bit = dice_chance(d, 0.3);
+        w->low = dice_between(d, 0.0, 40.0);
+        w->span = dice_between(d, 80.0, 200.0);
         draw_axis(w, d, 60.0, 100, 500, 0.03);
     } else {
         w->head = "multibeam";
         w->beams = DRAWN_MAX_BEAMS;
-        w->az_aperture_rad = geo_rad(scaled(d, 0.7, 2.0));
+        w->az_aperture_rad = geo_rad(dice_scaled(d, 0.7, 2.0));
         w->el_aperture_rad = geo_rad(20.0);
-        w->law = chance(d, 0.5) ? AMPLITUDE_LINEAR : AMPLITUDE_SQRT;
+        w->law = dice_chance(d, 0.5) ? AMPLITUDE_LINEAR : AMPLITUDE_SQRT;
         draw_axis(w, d, 40.0, 256, 700, 0.005);
     }
     w->pings = w->beams > 1 ? 4 : w->turn_units / w->step_units;
     w->beam_step_rad = w->beams > 1 ? geo_rad(1.5) : GEO_TURN * w->step_units / w->turn_units;
     w->told = w->law;
-    if (chance(d, 0.12))
+    if (dice_chance(d, 0.12))
         w->told = w->law == AMPLITUDE_SQRT     ? AMPLITUDE_LINEAR
                   : w->law == AMPLITUDE_LINEAR ? AMPLITUDE_SQRT
-                                               : (chance(d, 0.5) ? AMPLITUDE_SQRT : AMPLITUDE_LINEAR);
+                                               : (dice_chance(d, 0.5) ? AMPLITUDE_SQRT : AMPLITUDE_LINEAR);
 }
 
 static void draw_receiver(struct drawn_world *w, struct dice *d)
@@ -101,40 +80,40 @@ static void draw_receiver(struct drawn_world *w, struct dice *d)
     /* a scale of decibels is laid out so that walls come nowhere near its end */
     const double shift_db = w->law == AMPLITUDE_LOG ? -25.0 : 0.0;
 
-    w->absorption = scaled(d, 0.03, 0.3); /* dB per metre, one way */
-    w->tvg_log = between(d, 0.0, 40.0);
-    w->tvg_per_m = chance(d, 0.5) ? 2.0 * w->absorption : 0.0;
-    w->gain_db = 6.0 * (floor(between(d, 0.0, 3.0)) - 1.0);
-    w->wall_db = shift_db + between(d, -15.0, 6.0);
-    w->noise_db = drawn_wall_db(w, w->range_m) - w->gain_db - between(d, 12.0, 70.0);
-    w->electronic_db = shift_db + between(d, -90.0, -40.0);
-    w->volume_db = w->wall_db - between(d, 35.0, 75.0);
-    w->stray_share = chance(d, 0.3) ? 0.001 : 0.0;
-    w->side_lobe_db = between(d, -55.0, -28.0);
-    w->multipath_db = between(d, -35.0, -8.0);
-    w->texture = chance(d, 0.5) ? 0 : (int)scaled(d, 1.0, 8.0);
-    w->ring_m = fmin(scaled(d, 0.2, 1.5), w->range_m / 3.0);
-    w->ring_shape = scaled(d, 0.5, 1.6);
-    w->ripple_db = between(d, 0.0, 4.0);
-    w->ripple_m = scaled(d, 0.02, 0.2);
-    w->ripple_phase = between(d, 0.0, GEO_TURN);
-    w->ring_speckle = between(d, 0.02, 0.3);
-    w->dead_bins = chance(d, 0.4) ? (unsigned)between(d, 0.0, 4.0) : 0;
+    w->absorption = dice_scaled(d, 0.03, 0.3); /* dB per metre, one way */
+    w->tvg_log = dice_between(d, 0.0, 40.0);
+    w->tvg_per_m = dice_chance(d, 0.5) ? 2.0 * w->absorption : 0.0;
+    w->gain_db = 6.0 * (floor(dice_between(d, 0.0, 3.0)) - 1.0);
+    w->wall_db = shift_db + dice_between(d, -15.0, 6.0);
+    w->noise_db = drawn_wall_db(w, w->range_m) - w->gain_db - dice_between(d, 12.0, 70.0);
+    w->electronic_db = shift_db + dice_between(d, -90.0, -40.0);
+    w->volume_db = w->wall_db - dice_between(d, 35.0, 75.0);
+    w->stray_share = dice_chance(d, 0.3) ? 0.001 : 0.0;
+    w->side_lobe_db = dice_between(d, -55.0, -28.0);
+    w->multipath_db = dice_between(d, -35.0, -8.0);
+    w->texture = dice_chance(d, 0.5) ? 0 : (int)dice_scaled(d, 1.0, 8.0);
+    w->ring_m = fmin(dice_scaled(d, 0.2, 1.5), w->range_m / 3.0);
+    w->ring_shape = dice_scaled(d, 0.5, 1.6);
+    w->ripple_db = dice_between(d, 0.0, 4.0);
+    w->ripple_m = dice_scaled(d, 0.02, 0.2);
+    w->ripple_phase = dice_between(d, 0.0, GEO_TURN);
+    w->ring_speckle = dice_between(d, 0.02, 0.3);
+    w->dead_bins = dice_chance(d, 0.4) ? (unsigned)dice_between(d, 0.0, 4.0) : 0;
     w->dead_bins = (unsigned)fmin(w->dead_bins, DEAD_MOST_M / (w->range_m / w->bins));
-    w->lost_share = chance(d, 0.3) ? between(d, 0.0, 0.05) : 0.0;
-    w->dead_share = chance(d, 0.1) ? 0.01 : 0.0;
-    w->raised_share = chance(d, 0.2) ? between(d, 0.01, 0.15) : 0.0;
-    w->raised_db = between(d, 10.0, 25.0);
+    w->lost_share = dice_chance(d, 0.3) ? dice_between(d, 0.0, 0.05) : 0.0;
+    w->dead_share = dice_chance(d, 0.1) ? 0.01 : 0.0;
+    w->raised_share = dice_chance(d, 0.2) ? dice_between(d, 0.01, 0.15) : 0.0;
+    w->raised_db = dice_between(d, 10.0, 25.0);
 }
 
 /* ---- the water ---- */
 
 static void draw_sheet(struct dice *d, struct drawn_target *t, double distance_m)
 {
-    const double az = between(d, 0.0, GEO_TURN);
+    const double az = dice_between(d, 0.0, GEO_TURN);
     const double turn =
-        chance(d, 0.3) ? geo_rad(between(d, 50.0, 80.0)) : 0.0; /* walls that are only seen askew */
-    const double half_m = distance_m * scaled(d, 0.15, 3.0);
+        dice_chance(d, 0.3) ? geo_rad(dice_between(d, 50.0, 80.0)) : 0.0; /* walls that are only seen askew */
+    const double half_m = distance_m * dice_scaled(d, 0.15, 3.0);
     const double across[2] = {-sin(az + turn), cos(az + turn)};
 
     for (int i = 0; i < 2; i++) {
@@ -166,11 +145,11 @@ static void draw_targets(struct drawn_world *w, struct dice *d)
 
     while (which > kind[class].share)
         class ++;
-    for (int n = (int)between(d, 1.0, kind[class].most + 1.0); n > 0; n--) {
+    for (int n = (int)dice_between(d, 1.0, kind[class].most + 1.0); n > 0; n--) {
         struct drawn_target *t = &w->target[w->targets++];
-        const double distance_m = scaled(d, 0.7 * w->ring_m, 0.95 * w->range_m);
+        const double distance_m = dice_scaled(d, 0.7 * w->ring_m, 0.95 * w->range_m);
         t->class = class;
-        t->strength_db = kind[class].strength_db + kind[class].scatter_db * normal(d);
+        t->strength_db = kind[class].strength_db + kind[class].scatter_db * dice_gauss(d);
         t->coherent = kind[class].coherent * dice_uniform(d);
         if (class == DRAWN_WALL || class == DRAWN_NET)
             draw_sheet(d, t, distance_m);
@@ -181,10 +160,10 @@ static void draw_targets(struct drawn_world *w, struct dice *d)
 
 static void draw_tank(struct drawn_world *w, struct dice *d)
 {
-    const double az = between(d, 0.0, GEO_TURN), u[2] = {cos(az), sin(az)}, v[2] = {-sin(az), cos(az)};
-    const double side[4] = {scaled(d, w->ring_m, w->range_m), scaled(d, w->ring_m, w->range_m),
-                            scaled(d, w->ring_m, w->range_m), scaled(d, w->ring_m, w->range_m)};
-    const double strength_db = 2.0 * normal(d);
+    const double az = dice_between(d, 0.0, GEO_TURN), u[2] = {cos(az), sin(az)}, v[2] = {-sin(az), cos(az)};
+    const double side[4] = {dice_scaled(d, w->ring_m, w->range_m), dice_scaled(d, w->ring_m, w->range_m),
+                            dice_scaled(d, w->ring_m, w->range_m), dice_scaled(d, w->ring_m, w->range_m)};
+    const double strength_db = 2.0 * dice_gauss(d);
     for (int k = 0; k < 4; k++) { /* corners: (s0, s1), (s0, -s3), (-s2, -s3), (-s2, s1) */
         struct drawn_target *t = &w->target[w->targets++];
         const double corner[4][2] = {
@@ -201,38 +180,38 @@ static void draw_tank(struct drawn_world *w, struct dice *d)
 
 static void draw_water(struct drawn_world *w, struct dice *d)
 {
-    if (chance(d, 0.15))
+    if (dice_chance(d, 0.15))
         draw_tank(w, d);
-    else if (chance(d, 0.75))
-        for (int n = 1 + (int)between(d, 0.0, 3.0); n > 0; n--)
+    else if (dice_chance(d, 0.75))
+        for (int n = 1 + (int)dice_between(d, 0.0, 3.0); n > 0; n--)
             draw_targets(w, d);
-    if (chance(d, 0.4))
+    if (dice_chance(d, 0.4))
+        w->plane[w->planes++] = (struct drawn_plane){.depth_m = -dice_scaled(d, 0.3, 20.0),
+                                                     .strength_db = dice_between(d, -15.0, 3.0)};
+    if (dice_chance(d, 0.4))
         w->plane[w->planes++] =
-            (struct drawn_plane){.depth_m = -scaled(d, 0.3, 20.0), .strength_db = between(d, -15.0, 3.0)};
-    if (chance(d, 0.4))
-        w->plane[w->planes++] =
-            (struct drawn_plane){.depth_m = scaled(d, 0.3, 20.0),
-                                 .slope_rad = chance(d, 0.4) ? geo_rad(between(d, 3.0, 25.0)) : 0.0,
-                                 .az_rad = between(d, 0.0, GEO_TURN),
-                                 .strength_db = between(d, -25.0, -3.0)};
-    for (double share = 0.25; w->others < DRAWN_MAX_OTHERS && chance(d, share); share = 0.4) {
-        const double period_s = scaled(d, 0.03, 0.5);
-        w->other[w->others++] =
-            (struct drawn_other){.az_rad = between(d, 0.0, GEO_TURN),
-                                 .period_s = period_s,
-                                 .phase_s = between(d, 0.0, period_s),
-                                 .length_m = chance(d, 0.85) ? scaled(d, 0.02, 0.3) : between(d, 1.0, 6.0),
-                                 .level_db = w->wall_db + between(d, -20.0, 10.0)};
+            (struct drawn_plane){.depth_m = dice_scaled(d, 0.3, 20.0),
+                                 .slope_rad = dice_chance(d, 0.4) ? geo_rad(dice_between(d, 3.0, 25.0)) : 0.0,
+                                 .az_rad = dice_between(d, 0.0, GEO_TURN),
+                                 .strength_db = dice_between(d, -25.0, -3.0)};
+    for (double share = 0.25; w->others < DRAWN_MAX_OTHERS && dice_chance(d, share); share = 0.4) {
+        const double period_s = dice_scaled(d, 0.03, 0.5);
+        w->other[w->others++] = (struct drawn_other){.az_rad = dice_between(d, 0.0, GEO_TURN),
+                                                     .period_s = period_s,
+                                                     .phase_s = dice_between(d, 0.0, period_s),
+                                                     .length_m = dice_chance(d, 0.85) ? dice_scaled(d, 0.02, 0.3)
+                                                                                      : dice_between(d, 1.0, 6.0),
+                                                     .level_db = w->wall_db + dice_between(d, -20.0, 10.0)};
     }
-    w->frame = w->turn_units && chance(d, 0.35);
-    w->frame_az_rad = between(d, 0.0, GEO_TURN);
-    w->frame_half_rad = geo_rad(between(d, 3.0, 70.0));
-    w->frame_m = w->ring_m * scaled(d, 0.7, 3.0);
-    w->frame_db = w->wall_db + between(d, -5.0, 15.0);
-    w->shadow_db = between(d, -60.0, -12.0);
-    w->posed = chance(d, 0.6);
-    if (w->posed && chance(d, 0.4)) {
-        const double az = between(d, 0.0, GEO_TURN), speed = between(d, 0.02, 0.4);
+    w->frame = w->turn_units && dice_chance(d, 0.35);
+    w->frame_az_rad = dice_between(d, 0.0, GEO_TURN);
+    w->frame_half_rad = geo_rad(dice_between(d, 3.0, 70.0));
+    w->frame_m = w->ring_m * dice_scaled(d, 0.7, 3.0);
+    w->frame_db = w->wall_db + dice_between(d, -5.0, 15.0);
+    w->shadow_db = dice_between(d, -60.0, -12.0);
+    w->posed = dice_chance(d, 0.6);
+    if (w->posed && dice_chance(d, 0.4)) {
+        const double az = dice_between(d, 0.0, GEO_TURN), speed = dice_between(d, 0.02, 0.4);
         w->velocity_mps[0] = speed * cos(az);
         w->velocity_mps[1] = speed * sin(az);
     }
@@ -241,10 +220,10 @@ static void draw_water(struct drawn_world *w, struct dice *d)
 /* Who waits for a host pings late, by what the host's other work takes; a clock of its own is never late. */
 static void draw_timing(struct drawn_world *w, struct dice *d)
 {
-    w->asked_late_s = chance(d, 0.7) ? scaled(d, 1e-4, 5e-3) : 0.0;
-    w->dated_late_s = scaled(d, 5e-5, 3e-3);
+    w->asked_late_s = dice_chance(d, 0.7) ? dice_scaled(d, 1e-4, 5e-3) : 0.0;
+    w->dated_late_s = dice_scaled(d, 5e-5, 3e-3);
     for (unsigned k = 0; k < w->others; k++)
-        w->other[k].late_s = chance(d, 0.5) ? scaled(d, 1e-4, 3e-3) : 0.0;
+        w->other[k].late_s = dice_chance(d, 0.5) ? dice_scaled(d, 1e-4, 3e-3) : 0.0;
 }
 
 struct drawn_world drawn_world_of(uint64_t seed, unsigned number)

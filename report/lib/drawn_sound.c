@@ -28,11 +28,6 @@ struct moment {
 
 static double complex normals[NORMALS];
 
-static double between(struct dice *d, double low, double high)
-{
-    return low + (high - low) * dice_uniform(d);
-}
-
 static double power_of(double db)
 {
     return pow(10.0, db / 10.0);
@@ -101,7 +96,7 @@ static void hear_others(struct drawn_sound *s, struct moment *m)
             const double r_m = (s->other_s[k] - m->t_s) * SOUND_MPS / 2.0;
             if (r_m < 0.0)
                 continue;
-            const double level = power_of(o->level_db + w->gain_db + between(&s->dice, -3.0, 3.0));
+            const double level = power_of(o->level_db + w->gain_db + dice_between(&s->dice, -3.0, 3.0));
             const double length_m = fmax(o->length_m, w->pulse_m);
             insonify_add(&s->insonify, m->other, r_m, r_m + length_m, level * length_m / w->pulse_m);
         }
@@ -192,7 +187,7 @@ static void receive(struct drawn_sound *s, const struct moment *m, const float *
     }
     for (double n = w->stray_share * w->bins; dice_uniform(&s->dice) < n; n -= 1.0) {
         const uint32_t i = (uint32_t)(dice_uniform(&s->dice) * w->bins);
-        const uint8_t stray = (uint8_t)between(&s->dice, 1.0, STRAY_MOST);
+        const uint8_t stray = (uint8_t)dice_between(&s->dice, 1.0, STRAY_MOST);
         samples[i] = samples[i] < stray ? stray : samples[i];
     }
     memset(samples, 0, w->dead_bins);
@@ -279,7 +274,7 @@ bool drawn_sound_next(struct drawn_sound *s)
     s->turn = n / w->pings;
     m.heard = dice_uniform(&s->dice) >= w->dead_share;
     m.raised = dice_uniform(&s->dice) < w->raised_share ? power_of(w->raised_db) : 1.0;
-    m.ring = power_of(between(&s->dice, -0.5, 0.5));
+    m.ring = power_of(dice_between(&s->dice, -0.5, 0.5));
     m.ring_phase = cexp(GEO_TURN * dice_uniform(&s->dice) * (double complex)I);
     for (int i = 0; i < 2; i++)
         m.place_m[i] = w->velocity_mps[i] * (m.t_s - 1.0);

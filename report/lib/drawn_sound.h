@@ -6,7 +6,7 @@
 #ifndef SONARD_REPORT_DRAWN_SOUND_H
 #define SONARD_REPORT_DRAWN_SOUND_H
 
-#include "dice.h"
+#include "tests/water/dice.h"
 #include "hearable.h"
 
 /* What is true of one beam. */

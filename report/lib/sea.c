@@ -9,12 +9,10 @@
 #include <string.h>
 
 #include "core/fault.h"
-#include "tests/sim/lib/scene.h"
-#include "dice.h"
+#include "tests/water/scene.h"
+#include "tests/water/dice.h"
 
 #define STEP_DEG      0.9
-#define RAYS_AZ       11 /* over twice the half-power aperture, where the two-way pattern is 24 dB down */
-#define RAYS_EL       41
 #define ABSORPTION    0.4 /* dB per metre, there and back */
 #define RING_DB_PER_M 250.0
 #define TAIL_STEPS    12
@@ -97,15 +95,14 @@ static uint64_t stream_of(const char *name)
 }
 
 /* Parsing a scene's text takes longer than a beam; the last one is kept. */
-static const struct scene *shapes_of(const struct sea_scene *sea)
+static const struct place *shapes_of(const struct sea_scene *sea)
 {
-    static struct scene scene;
+    static struct place scene;
     static const char *parsed;
     struct fault fault;
     if (parsed == sea->shapes)
         return &scene;
-    memset(&scene, 0, sizeof scene);
-    if (*sea->shapes && !scene_parse(&scene, sea->name, sea->shapes, &fault)) {
+    if (!scene_parse(&scene, sea->name, sea->shapes, &fault)) {
         fprintf(stderr, "sea: %s\n", fault.text);
         exit(1);
     }
@@ -113,56 +110,79 @@ static const struct scene *shapes_of(const struct sea_scene *sea)
     return &scene;
 }
 
-/* Mean power by bin of one ray's surface. */
-static void surface_add(const struct sea_scene *sea, enum sea_head head, double range_m, double power,
-                        double *mean)
+static void add_power(const struct ping *head, double range_m, double power, double *mean)
 {
-    const int steps = sea->tail_m > 0.0 ? TAIL_STEPS : 1;
-    for (int k = 0; k < steps; k++) {
-        const double depth = (k + 0.5) / steps; /* quantile of the exponential */
-        const double bin = (range_m - (sea->tail_m > 0.0 ? sea->tail_m * log1p(-depth) : 0.0)) / heads[head].bin_m;
-        if (bin < heads[head].bins)
-            mean[(uint32_t)bin] += power / steps;
-    }
+    const double bin = range_m / (round(1e9 * (double)head->dr_m) / 1e9); /* walls stand at round ranges */
+    if (bin < head->n_bins)
+        mean[(uint32_t)bin] += power;
 }
 
-/* What the beam's rays meet: mean power by bin, and the truth. */
-static void surfaces(const struct sea_scene *sea, enum sea_head head, double az_deg, double *mean,
-                     struct sea_ping *out)
+/* A soft bottom's echo decays: quantiles of the exponential. */
+static void add_surface(const struct sea_sound *sound, const struct ping *head, double range_m, double power,
+                        double *mean)
 {
-    const struct scene *scene = shapes_of(sea);
-    const double origin[3] = {0.0, 0.0, 0.0}, pulse_bins = heads[head].pulse_m / heads[head].bin_m;
-    double sum = 0.0, axis_m = INFINITY, farthest_m = 0.0, weight[RAYS_AZ][RAYS_EL];
-    if (scene->n == 0)
-        return;
-    for (int pass = 0; pass < 2; pass++)
-        for (int i = 0; i < RAYS_AZ; i++)
-            for (int k = 0; k < RAYS_EL; k++) {
-                const double az = 2.0 * i / (RAYS_AZ - 1) - 1.0, el = 2.0 * k / (RAYS_EL - 1) - 1.0;
-                if (pass == 0) {
-                    weight[i][k] = exp2(-8.0 * (az * az + el * el));
-                    sum += weight[i][k];
-                    continue;
-                }
-                struct scene_hit hit;
-                double direction[3];
-                geo_direction(geo_rad(az_deg + az * heads[head].az_deg), geo_rad(el * heads[head].el_deg),
-                              direction);
-                if (!scene_cast(scene, origin, direction, 0.0, &hit))
-                    continue;
-                const double level = power_of(sea->surface_db - ABSORPTION * hit.range_m) * hit.cos_incidence;
-                surface_add(sea, head, hit.range_m, level * pulse_bins * weight[i][k] / sum, mean);
-                out->skirt_m = fmin(out->skirt_m, hit.range_m);
-                if (fabs(az) <= 0.5 && fabs(el) <= 0.5) {
-                    out->nearest_m = fmin(out->nearest_m, hit.range_m);
-                    farthest_m = fmax(farthest_m, hit.range_m);
-                }
-                if (i == RAYS_AZ / 2 && k == RAYS_EL / 2)
-                    axis_m = hit.range_m;
-            }
-    out->farthest_m = isfinite(axis_m) ? axis_m : farthest_m;
-    if (out->nearest_m > heads[head].bins * heads[head].bin_m - heads[head].pulse_m)
-        out->nearest_m = out->farthest_m = INFINITY;
+    const int steps = sound->tail_m > 0.0 ? TAIL_STEPS : 1;
+    for (int k = 0; k < steps; k++)
+        add_power(head, range_m - (steps > 1 ? sound->tail_m * log1p(-(k + 0.5) / steps) : 0.0), power / steps,
+                  mean);
+}
+
+/* With its second bounces. */
+static void add_hit(const struct sea_sound *sound, const struct place *place, const struct ping *head,
+                    const struct place_hit *hit, double weight, double *mean)
+{
+    const double square = sound->rough + (1.0 - sound->rough) * hit->cos_incidence;
+    const double soft_db = hit->level ? place->level_db : 0.0;
+    const double echo = weight * square * power_of(sound->surface_db + soft_db - ABSORPTION * hit->range_m);
+    const double back = sound->square_on > 0.0 ? hit->cos_incidence >= sound->square_on : pow(square, 8.0);
+    const double bounce_m[2] = {2.0 * hit->range_m, hit->ghost_m};
+    add_surface(sound, head, hit->range_m, echo, mean);
+    for (int k = 0; k < 2; k++)
+        if (sound->bounce_db[k] < 0.0)
+            add_power(head, bounce_m[k],
+                      echo * back * power_of(sound->bounce_db[k] - ABSORPTION * (bounce_m[k] - hit->range_m)),
+                      mean);
+}
+
+/* From -1 to 1. */
+static double across(int i, int n)
+{
+    return n > 1 ? 2.0 * i / (n - 1) - 1.0 : 0.0;
+}
+
+struct sea_met sea_surfaces(const struct sea_sound *sound, const struct place *place, const double from[3],
+                            const double attitude[4], double t_s, const struct ping *head, double *mean)
+{
+    struct sea_met met = {INFINITY, INFINITY, 0.0};
+    const int n_az = sound->rays_az, n_el = sound->rays_el;
+    double sum = 0.0, axis_m = INFINITY;
+    for (int n = 0; n < 2 * n_az * n_el; n++) {
+        const int i = n / n_el % n_az, k = n % n_el;
+        const double az = sound->staggered ? (2.0 * i + 1.0) / n_az - 1.0 : across(i, n_az);
+        const double el =
+            sound->staggered ? 2.0 * (k + (i * 3 % n_az + 0.5) / n_az) / n_el - 1.0 : across(k, n_el);
+        const double weight = exp2(-8.0 * (az * az + el * el));
+        struct place_hit hit;
+        double in_beam[3], d[3];
+        if (n < n_az * n_el) { /* the first half of the rounds only adds the weights up */
+            sum += weight;
+            continue;
+        }
+        geo_direction(az * (double)head->az_aperture_rad, el * (double)head->el_aperture_rad, in_beam);
+        quat_rotate(attitude, in_beam, d);
+        if (!place_cast(place, from, d, t_s, &hit))
+            continue;
+        add_hit(sound, place, head, &hit, weight / sum * (double)(head->pulse_m / head->dr_m), mean);
+        met.skirt_m = fmin(met.skirt_m, hit.range_m);
+        if (fabs(az) <= 0.5 && fabs(el) <= 0.5) {
+            met.nearest_m = fmin(met.nearest_m, hit.range_m);
+            met.farthest_m = fmax(met.farthest_m, hit.range_m);
+        }
+        if (i == n_az / 2 && k == n_el / 2)
+            axis_m = hit.range_m;
+    }
+    met.farthest_m = isfinite(axis_m) ? axis_m : met.farthest_m;
+    return met;
 }
 
 void sea_disturb(const struct sea_scene *sea, enum sea_head head, bool framed, struct dice *dice, double *mean)
@@ -237,17 +257,19 @@ void sea_listen(const struct sea_scene *scene, enum sea_head head, uint64_t seed
     struct dice dice = dice_of(seed * SEA_HEADS + head, stream_of(scene->name) * SEA_BEAMS + beam);
     const int steps = (int)beam - SEA_BEAMS / 2;
     const uint32_t turn = heads[head].turn;
-    double mean[SEA_MAX_BINS] = {0};
-    *out = (struct sea_ping){.ping = sea_ping_of(head),
-                             .skirt_m = INFINITY,
-                             .nearest_m = INFINITY,
-                             .axis.az_rad = (float)geo_rad(steps * STEP_DEG)};
+    const struct sea_sound sound = {
+        .surface_db = scene->surface_db, .tail_m = scene->tail_m, .rays_az = 11, .rays_el = 41};
+    double mean[SEA_MAX_BINS] = {0}, attitude[4];
+    *out = (struct sea_ping){.ping = sea_ping_of(head), .axis.az_rad = (float)geo_rad(steps * STEP_DEG)};
     out->ping.t_ns = (seed * SEA_BEAMS + beam) * 50000000u;
     out->ping.seq = beam + 1;
     out->ping.head_units = (turn + (uint32_t)steps * heads[head].units_per_step) % turn;
     out->ping.beam = &out->axis;
     out->ping.samples = out->samples;
-    surfaces(scene, head, steps * STEP_DEG, mean, out);
+    quat_from_rpy(0.0, 0.0, geo_rad(steps * STEP_DEG), attitude);
+    out->met = sea_surfaces(&sound, shapes_of(scene), (const double[3]){0}, attitude, 0.0, &out->ping, mean);
+    if (out->met.nearest_m > heads[head].bins * heads[head].bin_m - heads[head].pulse_m)
+        out->met.nearest_m = out->met.farthest_m = INFINITY;
     sea_disturb(scene, head, beam >= SEA_BEAMS / 2 && beam < SEA_BEAMS * 3 / 4, &dice, mean);
     sea_hear(head, mean, scene->ring_m, isfinite(scene->floor_db) ? 0.0 : STRAY_SHARE, &dice, out->samples);
 }

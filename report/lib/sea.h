@@ -10,6 +10,7 @@
 #ifndef SONARD_REPORT_SEA_H
 #define SONARD_REPORT_SEA_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "grid/ping.h"
@@ -26,7 +27,7 @@ enum sea_head {
 
 struct sea_scene {
     const char *name, *what; /* for tables, for people */
-    const char *shapes;      /* as tests/sim/lib/scene.h; "": open water */
+    const char *shapes;      /* as tests/water/scene.h; "": open water */
     double surface_db;       /* of a wall that fills the beam, at 0 m; 0.4 dB/m less farther away */
     double tail_m;           /* the surface's echo decays over so much (soft bottom); 0: it is sharp */
     double floor_db;         /* noise; -INFINITY: counts of zero, and stray ones in one bin of a thousand */
@@ -42,18 +43,39 @@ extern const unsigned sea_scenes_n;
 
 extern const char *const sea_head_name[SEA_HEADS];
 
+/* What of a beam is really there. */
+struct sea_met {
+    double skirt_m;    /* nearest surface that any ray meets: an echo there is no ghost */
+    double nearest_m;  /* nearest within the half-power aperture; INFINITY: none */
+    double farthest_m; /* ... and the surface on the axis, or the farthest in the aperture where that meets none */
+};
+
 /* One ping with what is really there. Large; points into itself, so it is not copied. */
 struct sea_ping {
     struct ping ping;
     struct ping_beam axis;
     uint8_t samples[SEA_MAX_BINS];
-    /* nearest surface that any ray meets, 24 dB down the beam's skirt: an echo there is no ghost */
-    double skirt_m;
-    double nearest_m;  /* nearest surface within the half-power aperture; INFINITY: none within range */
-    double farthest_m; /* ... and the surface on the axis, or the farthest in the aperture where that meets none */
+    struct sea_met met; /* beyond the range: nothing */
 };
 
 struct dice;
+struct place;
+
+/* How surfaces sound. A wall that fills the beam at 0 m answers with surface_db, 0.4 dB/m less farther away. */
+struct sea_sound {
+    double surface_db, tail_m; /* as in struct sea_scene */
+    double rough;              /* so much of what it returns square on a surface returns at any angle */
+    double bounce_db[2]; /* of what comes back from twice a surface's range, and from where place.h has its ghost;
+                                * 0: nothing */
+    double
+        square_on; /* so much of the cosine of incidence throws sound back and forth; 0: its eighth power does */
+    int rays_az, rays_el; /* over twice the half-power aperture, where the two-way pattern is 24 dB down */
+    bool staggered;       /* every azimuth has elevations of its own: an oblique surface is no row of points */
+};
+
+/** sea_surfaces - adds to the mean power by bin what a head at `from` hears along attitude's x in a place. */
+struct sea_met sea_surfaces(const struct sea_sound *sound, const struct place *place, const double from[3],
+                            const double attitude[4], double t_s, const struct ping *head, double *mean);
 
 /** sea_disturb - adds to the mean power by bin what is no surface: noise, reverberation, bursts, in a framed beam the
  * frame. */

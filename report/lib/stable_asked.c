@@ -8,7 +8,7 @@
 #include "grid/answer/limit.h"
 #include "tests/lib/ask_map.h"
 #include "asked.h"
-#include "dice.h"
+#include "tests/water/dice.h"
 #include "stable.h"
 #include "stable_sphere.h"
 

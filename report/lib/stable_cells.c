@@ -10,7 +10,7 @@
 #include "grid/sphere/layers.h"
 #include "grid/picture/rings.h"
 #include "grid/sphere/spread.h"
-#include "dice.h"
+#include "tests/water/dice.h"
 #include "stable.h"
 
 static struct layers make_layers(const struct layers_conf *conf)

@@ -8,7 +8,7 @@
 #include "grid/range/cfar.h"
 #include "grid/range/u128.h"
 #include "grid/range/extract.h"
-#include "dice.h"
+#include "tests/water/dice.h"
 #include "stable.h"
 
 #define CELLS 2048

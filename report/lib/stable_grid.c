@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "dice.h"
+#include "tests/water/dice.h"
 #include "stable.h"
 #include "stable_sphere.h"
 #include "grid/sphere/view.h"

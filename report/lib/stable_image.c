@@ -11,7 +11,7 @@
 #include "grid/range/otsu.h"
 #include "grid/range/polar.h"
 #include "grid/range/turn.h"
-#include "dice.h"
+#include "tests/water/dice.h"
 #include "stable.h"
 
 /* Otsu's two classes as textbooks have them, in floats; NAN without a threshold. */

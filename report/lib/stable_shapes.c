@@ -9,7 +9,7 @@
 #include "grid/sphere/components.h"
 #include "grid/sphere/depth_regions.h"
 #include "grid/sphere/tangents.h"
-#include "dice.h"
+#include "tests/water/dice.h"
 #include "stable.h"
 
 #define ROOM   4096

@@ -8,7 +8,7 @@
 #include "daemon/input/pose_log.h"
 #include "drivers/devices/clock_map.h"
 #include "grid/geometry.h"
-#include "dice.h"
+#include "tests/water/dice.h"
 #include "stable.h"
 
 #define MS UINT64_C(1000000)

@@ -11,7 +11,7 @@
 #include "grid/voxel/merge.h"
 #include "grid/voxel/voxmap.h"
 #include "chart.h"
-#include "dice.h"
+#include "tests/water/dice.h"
 #include "stable.h"
 
 #define SIDE 48
@@ -426,12 +426,12 @@ static void turned(bool quick, struct stable_found *f)
 static void behind_walls(bool quick, struct stable_found *f)
 {
     const struct chart_setting set = {.voxel_m = 0.2, .rule = {.threshold = 0}};
-    struct dive *dive = dive_make(world_named("box tank"), quick ? 2 : 6, false, 0.15, DIVE_TRUTH);
+    struct dive *dive = dive_make(place_named("box tank"), quick ? 2 : 6, false, 0.15, DIVE_TRUTH);
     struct chart *ours = chart_make(dive->world, &set), *naive = chart_make(dive->world, &set);
     double deepest, free_m3;
     for (size_t i = 0; i < dive->n; i++) {
         const struct dive_look *look = &dive->look[i];
-        const double axis_m = world_ray(dive->world, look->at, look->axis[0], DIVE_RANGE_M, look->t_s);
+        const double axis_m = place_ray(dive->world, look->at, look->axis[0], DIVE_RANGE_M, look->t_s);
         chart_enter_truth(ours, look, 0);
         chart_enter_truth(naive, look, axis_m - look->first_m);
     }

@@ -18,7 +18,7 @@
 #include "grid/voxel/submap.h"
 #include "asked.h"
 #include "cost.h"
-#include "dice.h"
+#include "tests/water/dice.h"
 #include "stable.h"
 #include "stable_sphere.h"
 

@@ -12,7 +12,7 @@
 #include "daemon/methods/environment.h"
 #include "daemon/methods/verdict_job.h"
 #include "daemon/wiring.h"
-#include "dice.h"
+#include "tests/water/dice.h"
 #include "grid/range/background_keep.h"
 #include "grid/range/background_learn.h"
 #include "tests/lib/ask_map.h"
@@ -77,15 +77,9 @@ static void record_truth(struct way *way, const double place_m[3], double headin
     double *wall_m = way->ask[way->asks].wall_m;
     way->ask[way->asks++].t_ns = t_ns;
     for (int s = 0; s < WAY_SECTORS; s++) {
-        wall_m[s] = INFINITY;
-        for (int i = -2; i <= 2; i++)
-            for (int k = -2; k <= 2; k++) {
-                struct scene_hit hit;
-                double direction[3];
-                geo_direction(heading_rad + GEO_TURN * (s + i / 4.0) / WAY_SECTORS, geo_rad(2.5) * k, direction);
-                if (scene_cast(&way->world.scene, place_m, direction, (double)(t_ns - BEGIN_NS) * 1e-9, &hit))
-                    wall_m[s] = fmin(wall_m[s], hit.range_m);
-            }
+        const struct place_fan fan = {
+            heading_rad + GEO_TURN * s / WAY_SECTORS, 0, GEO_TURN / 2 / WAY_SECTORS, geo_rad(5), 5, 5};
+        wall_m[s] = place_nearest(&way->world, place_m, &fan, (double)(t_ns - BEGIN_NS) * 1e-9);
     }
 }
 
@@ -106,13 +100,13 @@ void way_record(struct way *way, unsigned seed, unsigned pings)
     struct pilot_instruments instruments;
     uint64_t pose_ns = BEGIN_NS;
     memset(way, 0, sizeof *way);
-    pilot_world_draw(&way->world, seed % 2 ? PILOT_HARBOUR : PILOT_BASIN, seed, &pilot_hull, 1);
+    way->world = place_of_pilot(seed % 2 ? PILOT_HARBOUR : PILOT_BASIN, seed, &pilot_hull, 1);
     pilot_instruments_init(&instruments, 0.5, dice_of(seed, 9));
     way->learnt = pings > SCANS * TURN ? SCANS * TURN : 0;
     for (uint64_t t_ns = BEGIN_NS; way->pings < pings; t_ns += PING_NS) {
         const double t_s = (double)(t_ns - BEGIN_NS) * 1e-9, dt_s = (double)PING_NS * 1e-9;
         const bool goes =
-            way->pings >= way->learnt && pilot_world_clearance(&way->world, v.place_m, &pilot_hull, t_s) > CLEAR_M;
+            way->pings >= way->learnt && place_clearance(&way->world, v.place_m, &pilot_hull, t_s) > CLEAR_M;
         v.velocity_mps[0] = goes ? SPEED_MPS : 0;
         v.place_m[0] += v.velocity_mps[0] * dt_s;
         v.heading_rad = YAW_RAD * sin(GEO_TURN * fmax(0, t_s - way->learnt * dt_s) / YAW_S);
@@ -296,10 +290,9 @@ struct asking {
 static void judge_map(void *ctx, struct pipeline_map *map)
 {
     const struct asking *a = ctx;
-    const struct pilot_hull point = {0, 0};
     for (unsigned i = 0; i < WAY_POINTS; i++) {
         struct free_answer answer;
-        const bool solid = pilot_world_clearance(&a->way->world, a->way->point_m[i], &point, 0) < 0;
+        const bool solid = place_clearance(&a->way->world, a->way->point_m[i], NULL, 0) < 0;
         const bool is_free =
             free_query_point(&map->mask, a->way->point_m[i], &answer) && answer.state == VOXEL_FREE;
         *(solid ? &a->tally->map_solid : &a->tally->map_open) += 1;

@@ -27,7 +27,7 @@ struct way_ping {
 };
 
 struct way {
-    struct pilot_world world;
+    struct place world;
     struct way_ping ping[WAY_PINGS];
     struct pose pose[WAY_POSES];
     unsigned pings, poses, learnt; /* the template is learnt from the first pings, which do nothing else */

@@ -8,7 +8,7 @@
 #include <time.h>
 
 #include "grid/sphere/cells.h"
-#include "report/lib/dice.h"
+#include "tests/water/dice.h"
 #include "paper_layout.h"
 
 #define THETAS     180u

@@ -10,6 +10,7 @@
 #include <stdint.h>
 
 #include "grid/range/amplitude.h"
+#include "random.h"
 
 #define CLUTTER_LAWS 4
 
@@ -26,13 +27,10 @@ static const struct clutter {
     {"decibels, 8 bit", AMPLITUDE_LOG, 1, 256e4, 80.0 / 255.0},
 };
 
-/* splitmix64, uniform in (0, 1] */
+/* uniform in (0, 1] */
 static inline double clutter_uniform(uint64_t *state)
 {
-    uint64_t z = (*state += 0x9e3779b97f4a7c15u);
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return (double)(((z ^ (z >> 31)) >> 11) + 1) * 0x1p-53;
+    return test_uniform(state) + 0x1p-53;
 }
 
 /* The count that a device of this law gives for a power. */

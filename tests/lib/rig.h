@@ -415,7 +415,7 @@ static inline void rig_set_reload(const struct options *options)
                                     .replay = d->replay};
 }
 
-/* A sonar in a scene (tests/sim/lib/scene.h), and the daemon with one sonar "front" of 10 m range and `conf` behind
+/* A sonar in a scene (tests/water/scene.h), and the daemon with one sonar "front" of 10 m range and `conf` behind
  * that in the configuration. */
 static void rig_start(const char *scene, const char *conf)
 {

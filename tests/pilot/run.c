@@ -34,14 +34,14 @@ const char *const pilot_setup_name[PILOT_SETUPS] = {"bare", "near", "near and le
 const char *const pilot_fault_name[PILOT_FAULTS] = {"none",     "lost pings",   "silent sonar", "no poses",
                                                     "no speed", "origin moves", "other sonar"};
 
-const struct pilot_hull pilot_hull = {0.4, 0.25}; /* as configured */
+const struct place_hull pilot_hull = {0.4, 0.25}; /* as configured */
 
 /* ---- the daemon ---- */
 
 struct drive {
     const struct pilot_case *c;
     struct methods_env *d;
-    struct pilot_world world;
+    struct place world;
     struct pilot_vehicle v;
     struct rover rover; /* with attitude alone it is one */
     struct pilot_head head;
@@ -156,10 +156,9 @@ static void tell_pose(struct drive *r, uint64_t t_ns, double t_s)
 
 static void look_for_divers(struct drive *r, const struct pilot_shot *shot)
 {
-    for (int i = 0; i < r->world.solids; i++) {
-        const double *p = r->world.solid[i].p;
-        const double at_m[2] = {p[0] + p[3] * shot->t_s, p[1] + p[4] * shot->t_s};
-        if (pilot_solid_swims(&r->world.solid[i]) && pilot_sonar_points_at(r->c->sonar, shot, at_m, p[2]))
+    for (const struct place_shape *s = r->world.shape; s->kind != PLACE_END; s++) {
+        const double at_m[2] = {s->p[0] + s->v[0] * shot->t_s, s->p[1] + s->v[1] * shot->t_s};
+        if (place_moves(s) && pilot_sonar_points_at(r->c->sonar, shot, at_m, s->p[2]))
             r->diver_s = shot->t_s;
     }
 }
@@ -269,7 +268,7 @@ static double way_bearing(struct drive *r)
 {
     while (r->c->chart && r->corner < r->corners - 1 && distance_of(r, r->route_m[r->corner]) < 0.3)
         r->corner++;
-    return bearing_of(r, r->c->chart ? r->route_m[r->corner] : r->world.goal_m);
+    return bearing_of(r, r->c->chart ? r->route_m[r->corner] : r->world.to);
 }
 
 #define PATIENCE_S  4.0
@@ -365,16 +364,15 @@ static void fly(struct drive *r, double t_s)
 static void watch(struct drive *r, double t_s)
 {
     struct pilot_result *out = r->result;
-    struct pilot_world still;
-    const double clear_m = pilot_world_clearance(&r->world, r->v.place_m, &pilot_hull, t_s);
+    const double clear_m = place_clearance(&r->world, r->v.place_m, &pilot_hull, t_s);
     const double speed_mps = hypot(r->v.velocity_mps[0], r->v.velocity_mps[1]);
     out->nearest_m = fmin(out->nearest_m, clear_m);
     out->end_s = t_s;
     if (clear_m > 0)
         return;
-    pilot_world_still(&r->world, &still);
+    const struct place still = place_still(&r->world);
     out->unseen_s = t_s - r->diver_s;
-    out->struck = pilot_world_clearance(&still, r->v.place_m, &pilot_hull, t_s) > 0;
+    out->struck = place_clearance(&still, r->v.place_m, &pilot_hull, t_s) > 0;
     out->touched_mps = speed_mps;
 }
 
@@ -420,7 +418,7 @@ static void run(struct drive *r)
             next_ask += ASK_NS;
             r->result->time_s = t_s - go_s;
         }
-        r->result->arrived = distance_of(r, r->world.goal_m) < ARRIVED_M;
+        r->result->arrived = distance_of(r, r->world.to) < ARRIVED_M;
     }
 }
 
@@ -444,9 +442,9 @@ bool pilot_run(const struct pilot_case *c, struct pilot_result *result, struct p
     *r = (struct drive){
         .c = c, .d = d, .dice = dice_of(c->seed, 1000), .aside_s = ASIDE_S, .result = result, .track = track};
     *result = (struct pilot_result){.touched_mps = -1, .nearest_m = INFINITY};
-    pilot_world_draw(&r->world, c->place, c->seed, &pilot_hull, pilot_free_m(c));
+    r->world = place_of_pilot(c->place, c->seed, &pilot_hull, pilot_free_m(c));
     for (double room_m = ROOM_M; r->corners == 0 && room_m >= ROOM_LEAST_M; room_m -= 0.1)
-        r->corners = pilot_world_route(&r->world, &pilot_hull, room_m, r->route_m);
+        r->corners = pilot_route(&r->world, &pilot_hull, room_m, r->route_m);
     pilot_instruments_init(&r->instruments, c->poor, dice_of(c->seed, 1001));
     const double to = GEO_TURN * dice_uniform(&r->dice);
     r->v.current_mps[0] = c->current_mps * cos(to);

@@ -11,6 +11,7 @@
 #ifndef SONARD_PILOT_RUN_H
 #define SONARD_PILOT_RUN_H
 
+#include "route.h"
 #include "sonars.h"
 #include "vehicle.h"
 
@@ -95,7 +96,7 @@ struct pilot_track {
     int n;
 };
 
-extern const struct pilot_hull pilot_hull;
+extern const struct place_hull pilot_hull;
 
 /** pilot_free_m - so far nothing stands from the hull when a drive starts. */
 double pilot_free_m(const struct pilot_case *c);

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "drivers/devices/micron.h"
-#include "report/lib/dice.h"
+#include "tests/water/dice.h"
 #include "tests/sim/lib/water.h"
 
 #define SOUND_MPS    1500.0
@@ -138,7 +138,7 @@ static void hear_profile(enum pilot_sonar sonar, const struct pilot_shot *from, 
     ping->head_units = at;
     ping->head_turn = kinds[sonar].turn;
     ping->beam[0] = (struct ping_beam){.az_rad = (float)az_rad};
-    water_listen(&water, &from->world->scene, &shot, ping->samples);
+    water_listen(&water, from->world, &shot, ping->samples);
     if (dice_uniform(&dice) < from->stray)
         add_stray(ping, &dice);
 }
@@ -150,16 +150,11 @@ static double first_m(enum pilot_sonar sonar, const struct pilot_shot *from, dou
 {
     const double wide_deg = kinds[sonar].wide_deg, high_deg = kinds[sonar].high_deg;
     const int columns = 2 + (int)(wide_deg / RAY_DEG), rows = 2 + (int)(high_deg / RAY_DEG);
-    double nearest_m = INFINITY;
-    for (int i = 0; i < columns; i++)
-        for (int k = 0; k < rows; k++) {
-            struct scene_hit hit;
-            double direction[3];
-            geo_direction(from->heading_rad + az_rad + geo_rad(wide_deg) * (i / (columns - 1.0) - 0.5),
-                          el_rad + geo_rad(high_deg) * (k / (rows - 1.0) - 0.5), direction);
-            if (scene_cast(&from->world->scene, from->place_m, direction, from->t_s, &hit))
-                nearest_m = fmin(nearest_m, hit.range_m);
-        }
+    const double nearest_m =
+        place_nearest(from->world, from->place_m,
+                      &(struct place_fan){from->heading_rad + az_rad, el_rad, geo_rad(wide_deg) / 2,
+                                          geo_rad(high_deg) / 2, columns, rows},
+                      from->t_s);
     return nearest_m < kinds[sonar].range_m ? nearest_m : 0;
 }
 

@@ -8,7 +8,7 @@
 #define SONARD_PILOT_SONARS_H
 
 #include "grid/ping.h"
-#include "world.h"
+#include "tests/water/places.h"
 
 enum pilot_sonar { PILOT_PING360, PILOT_MICRON, PILOT_FAN, PILOT_MATRIX, PILOT_SONARS };
 
@@ -32,7 +32,7 @@ uint32_t pilot_sonar_turn_units(enum pilot_sonar sonar);
 
 /* A ping: in which world, when, from where. */
 struct pilot_shot {
-    const struct pilot_world *world;
+    const struct place *world;
     uint64_t seed;
     const struct mount *mount; /* of the sonar, on a level vehicle that is ... */
     double place_m[3], heading_rad;

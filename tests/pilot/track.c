@@ -38,19 +38,22 @@ static void box(FILE *f, const double *p, const char *style)
 }
 
 /* Hatched: the vehicle passes above or below it. */
-static void solid(FILE *f, const struct pilot_solid *s, double end_s)
+static void solid(FILE *f, const struct place_shape *s, double end_s)
 {
-    const double *p = s->p;
-    const bool apart = !s->upright && (p[4] > pilot_hull.half_height_m || p[5] < -pilot_hull.half_height_m);
-    if (!s->upright) {
-        box(f, p, apart ? "fill='#8aa4c0' fill-opacity='0.25' stroke='#8aa4c0'" : "fill='#56657a'");
+    const double *p = s->p, *v = s->v;
+    if (s->kind == PLACE_BOX) {
+        const bool apart = p[4] > pilot_hull.half_height_m || p[5] < -pilot_hull.half_height_m;
+        box(f, p,
+            s->water ? "fill='none' stroke='#56657a' stroke-width='4'"
+            : apart  ? "fill='#8aa4c0' fill-opacity='0.25' stroke='#8aa4c0'"
+                     : "fill='#56657a'");
         return;
     }
     circle(f, p[0], p[1], p[2], "fill='#56657a'");
-    if (!pilot_solid_swims(s))
+    if (!place_moves(s))
         return;
     fprintf(f, "<line x1='%.1f' y1='%.1f' x2='%.1f' y2='%.1f' stroke='#56657a' stroke-dasharray='4'/>\n",
-            x_of(p[1]), y_of(p[0]), x_of(p[1] + p[4] * end_s), y_of(p[0] + p[3] * end_s));
+            x_of(p[1]), y_of(p[0]), x_of(p[1] + v[1] * end_s), y_of(p[0] + v[0] * end_s));
 }
 
 static void way(FILE *f, const struct pilot_track *t)
@@ -87,24 +90,22 @@ static void words(FILE *f, const struct pilot_case *c, const struct pilot_result
 bool track_write(const char *path, const struct pilot_case *c, const struct pilot_result *result,
                  const struct pilot_track *track)
 {
-    struct pilot_world w;
+    struct place w;
     FILE *f = fopen(path, "w");
     if (!f)
         return false;
-    pilot_world_draw(&w, c->place, c->seed, &pilot_hull, pilot_free_m(c));
+    w = place_of_pilot(c->place, c->seed, &pilot_hull, pilot_free_m(c));
     fprintf(f,
             "<svg xmlns='http://www.w3.org/2000/svg' width='%.0f' height='%.0f' font-family='sans-serif' "
             "font-size='13'>\n<rect width='100%%' height='100%%' fill='#eef4fa'/>\n",
             WIDE_M * SCALE, HIGH_M * SCALE);
-    if (w.walled)
-        box(f, w.room, "fill='none' stroke='#56657a' stroke-width='4'");
-    for (int i = 0; i < w.solids; i++)
-        solid(f, &w.solid[i], result->end_s);
+    for (const struct place_shape *s = w.shape; s->kind != PLACE_END; s++)
+        solid(f, s, result->end_s);
     for (int i = 0; i < track->n; i += 25)
         circle(f, (double)track->at[i].x_m, (double)track->at[i].y_m, pilot_hull.radius_m,
                "fill='none' stroke='#9ab' stroke-width='1'");
     way(f, track);
-    circle(f, w.goal_m[0], w.goal_m[1], 0.15, "fill='none' stroke='#225' stroke-width='3'");
+    circle(f, w.to[0], w.to[1], 0.15, "fill='none' stroke='#225' stroke-width='3'");
     words(f, c, result);
     fprintf(f, "</svg>\n");
     return fclose(f) == 0;

@@ -10,7 +10,7 @@
 #include <stdbool.h>
 
 #include "grid/geometry.h"
-#include "report/lib/dice.h"
+#include "tests/water/dice.h"
 
 struct pilot_vehicle {
     double place_m[3], velocity_mps[2], thrust_mps2[2]; /* NED, over ground */

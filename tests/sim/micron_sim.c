@@ -19,7 +19,7 @@
 #include "tests/sim/lib/line.h"
 #include "tests/sim/lib/micron_head.h"
 #include "tests/sim/lib/pace.h"
-#include "tests/sim/lib/scene.h"
+#include "tests/water/scene.h"
 #include "tests/sim/lib/water.h"
 
 #define STATUS_EVERY_NS 1000000000u
@@ -28,7 +28,7 @@
 #define FREQUENCY_HZ    700e3 /* middle of the sweep */
 
 static struct {
-    struct scene scene;
+    struct place scene;
     struct water water;
     double position_m[3], yaw_deg;
     struct micron_head head;
@@ -64,29 +64,6 @@ static void on_send(void *ctx, const uint8_t *frame, size_t n, uint64_t now_ns)
     line_send(&sim.line, frame, n, now_ns);
 }
 
-static void print_range(const char *key, double range_m)
-{
-    if (isfinite(range_m))
-        fprintf(sim.truth, ",\"%s\":%.4f", key, range_m);
-    else
-        fprintf(sim.truth, ",\"%s\":null", key);
-}
-
-static void write_truth(const struct micron_head_shot *shot, const struct water_shot *beam, double azimuth_deg)
-{
-    struct water_truth truth;
-    water_look(&sim.scene, beam, &truth);
-    fprintf(sim.truth, "{\"t_ns\":%llu,\"ping\":%llu,\"angle\":%u,\"azimuth_deg\":%.3f",
-            (unsigned long long)shot->t_ns, (unsigned long long)beam->number, shot->bearing,
-            geo_deg(geo_wrap(geo_rad(azimuth_deg))));
-    print_range("range_m", truth.nearest_m);
-    print_range("axis_m", truth.axis_m);
-    fprintf(sim.truth, ",\"listening_m\":%.4f,\"position_m\":[%.4f,%.4f,%.4f],\"yaw_deg\":%.3f}\n",
-            beam->n_samples * beam->sample_s * sim.water.sound_speed_mps / 2.0, beam->origin_m[0],
-            beam->origin_m[1], beam->origin_m[2], sim.yaw_deg);
-    fflush(sim.truth);
-}
-
 static void on_listen(void *ctx, const struct micron_head_shot *shot, uint8_t *samples)
 {
     const double azimuth_deg = (shot->bearing - MICRON_AHEAD) * 360.0 / MICRON_TURN; /* from the bow */
@@ -107,7 +84,8 @@ static void on_listen(void *ctx, const struct micron_head_shot *shot, uint8_t *s
     water_listen(&sim.water, &sim.scene, &beam, samples);
     memset(samples + n, 0, n_bins - n);
     if (sim.truth != NULL)
-        write_truth(shot, &beam, azimuth_deg);
+        water_write_truth(sim.truth, &sim.water, &sim.scene, &beam, shot->t_ns, shot->bearing, azimuth_deg,
+                          sim.yaw_deg);
 }
 
 /* ---- commands ---- */

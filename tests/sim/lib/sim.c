@@ -19,30 +19,6 @@ static uint64_t on_send(void *ctx, const uint8_t *frame, size_t n, uint64_t now_
     return line_send(&sim->line, frame, n, now_ns);
 }
 
-static void print_range(FILE *out, const char *key, double range_m)
-{
-    if (isfinite(range_m))
-        fprintf(out, ",\"%s\":%.4f", key, range_m);
-    else
-        fprintf(out, ",\"%s\":null", key);
-}
-
-static void write_truth(const struct sim *sim, const struct head_shot *shot, const struct water_shot *beam,
-                        double azimuth_deg)
-{
-    struct water_truth truth;
-    const double listening_m = beam->n_samples * beam->sample_s * sim->water.sound_speed_mps / 2.0;
-    water_look(&sim->scene, beam, &truth);
-    fprintf(sim->truth, "{\"t_ns\":%llu,\"ping\":%llu,\"angle\":%u,\"azimuth_deg\":%.3f",
-            (unsigned long long)shot->t_ns, (unsigned long long)beam->number, shot->settings.angle,
-            geo_deg(geo_wrap(geo_rad(azimuth_deg))));
-    print_range(sim->truth, "range_m", truth.nearest_m);
-    print_range(sim->truth, "axis_m", truth.axis_m);
-    fprintf(sim->truth, ",\"listening_m\":%.4f,\"position_m\":[%.4f,%.4f,%.4f],\"yaw_deg\":%.3f}\n", listening_m,
-            beam->origin_m[0], beam->origin_m[1], beam->origin_m[2], sim->pose.yaw_deg);
-    fflush(sim->truth);
-}
-
 #define FRAME_DEEP_M 0.06
 #define FRAME_COUNT  220
 
@@ -95,7 +71,8 @@ static void on_listen(void *ctx, const struct head_shot *shot, uint8_t *samples)
     add_frame(&sim->frame, azimuth_deg, beam.sample_s * sim->water.sound_speed_mps / 2.0, beam.n_samples, samples);
     break_receiver(sim, &beam, samples);
     if (sim->truth != NULL)
-        write_truth(sim, shot, &beam, azimuth_deg);
+        water_write_truth(sim->truth, &sim->water, &sim->scene, &beam, shot->t_ns, settings->angle, azimuth_deg,
+                          sim->pose.yaw_deg);
 }
 
 void sim_start(struct sim *sim, const struct head_conf *conf, uint64_t now_ns)

@@ -10,7 +10,7 @@
 
 #include "head.h"
 #include "line.h"
-#include "scene.h"
+#include "tests/water/scene.h"
 #include "water.h"
 
 #define SIM_ANSWER_MAX 256
@@ -38,7 +38,7 @@ enum sim_hears {
 };
 
 struct sim {
-    struct scene scene;
+    struct place scene;
     struct water water;
     struct sim_frame frame;
     struct sim_pose pose; /* head angle 200 gradians looks ahead */

@@ -11,7 +11,7 @@
 #include <stdint.h>
 
 #include "line.h"
-#include "scene.h"
+#include "tests/water/scene.h"
 #include "water.h"
 
 #define TWIN_NEVER UINT64_MAX
@@ -25,7 +25,7 @@ struct twin_ops {
 
 /* The one there is. */
 struct twin {
-    struct scene scene;
+    struct place scene;
     struct water water;
     struct line line;
     double position_m[3], yaw_deg; /* of the vehicle, NED; the sonar looks ahead */

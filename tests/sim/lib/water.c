@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "grid/geometry.h"
+#include "tests/water/dice.h"
 
 #define RAYS_AZ 15
 #define RAYS_EL 41
@@ -39,33 +40,6 @@ static const struct {
     double az_aperture_deg, el_aperture_deg;
     uint8_t (*count)(double pressure);
 } heads[] = {[WATER_PING360] = {2.0, 25.0, root_count}, [WATER_MICRON] = {3.0, 35.0, decibel_count}};
-
-/* Random numbers of one ping. */
-struct dice {
-    uint64_t state;
-};
-
-static double dice_uniform(struct dice *dice)
-{
-    uint64_t z = (dice->state += 0x9e3779b97f4a7c15u);
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return ((double)((z ^ (z >> 31)) >> 11) + 0.5) * 0x1p-53;
-}
-
-static struct dice dice_of(const struct water *water, const struct water_shot *shot)
-{
-    struct dice dice = {water->seed * 0x9e3779b97f4a7c15u + shot->number};
-    dice_uniform(&dice);
-    return dice;
-}
-
-/* Circular complex normal, E|x|^2 = 2. */
-static double complex dice_normal(struct dice *dice)
-{
-    double radius = sqrt(-2.0 * log(dice_uniform(dice)));
-    return radius * cexp(I * (GEO_TURN * dice_uniform(dice)));
-}
 
 /* The echo of one pulse, seen through the receiver: flat with soft edges, 1 at the top. u = 0..1 over its length. */
 static double pulse_envelope(double u)
@@ -115,7 +89,7 @@ static double beam_power(double off_deg, double aperture_deg)
 }
 
 static void ray_add(double complex *field, const struct water *water, const struct water_shot *shot,
-                    const struct scene_hit *hit, double weight, struct dice *dice)
+                    const struct place_hit *hit, double weight, struct dice *dice)
 {
     const double off = acos(hit->cos_incidence) / SPECULAR_WIDTH_RAD;
     const double facing = exp(-off * off);
@@ -128,10 +102,10 @@ static void ray_add(double complex *field, const struct water *water, const stru
 }
 
 /* The fan goes out to twice the half-power width, where the two-way pattern is down by 24 dB. */
-static void rays_add(double complex *field, const struct water *water, const struct scene *scene,
+static void rays_add(double complex *field, const struct water *water, const struct place *scene,
                      const struct water_shot *shot, struct dice *dice)
 {
-    struct scene_hit hit;
+    struct place_hit hit;
     const double az_width_deg = heads[shot->head].az_aperture_deg,
                  el_width_deg = heads[shot->head].el_aperture_deg;
     double direction[3], weight[RAYS_AZ][RAYS_EL], az_deg[RAYS_AZ][RAYS_EL], el_deg[RAYS_AZ][RAYS_EL], sum = 0.0;
@@ -147,7 +121,7 @@ static void rays_add(double complex *field, const struct water *water, const str
     for (int i = 0; i < RAYS_AZ; i++) {
         for (int k = 0; k < RAYS_EL; k++) {
             geo_direction(shot->az_rad + geo_rad(az_deg[i][k]), geo_rad(el_deg[i][k]), direction);
-            if (scene_cast(scene, shot->origin_m, direction, shot->t_s, &hit))
+            if (place_cast(scene, shot->origin_m, direction, shot->t_s, &hit))
                 ray_add(field, water, shot, &hit, weight[i][k] / sum, dice);
         }
     }
@@ -164,7 +138,7 @@ static void noise_add(double complex *field, const struct water *water, const st
     double complex last[64] = {0}, sum = 0.0;
 
     for (uint32_t i = 0; i < shot->n_samples + span; i++) {
-        double complex x = dice_normal(dice);
+        double complex x = sqrt(2.0) * dice_normal(dice);
         sum += x - last[i % span];
         last[i % span] = x;
         if (i < span)
@@ -174,12 +148,13 @@ static void noise_add(double complex *field, const struct water *water, const st
     }
 }
 
-void water_listen(const struct water *water, const struct scene *scene, const struct water_shot *shot,
+void water_listen(const struct water *water, const struct place *scene, const struct water_shot *shot,
                   uint8_t *samples)
 {
     double complex field[WATER_MAX_SAMPLES] = {0};
     const double ring_end_m = RING_FULL_M + shot->transmit_s * water->sound_speed_mps / 2.0;
-    struct dice dice = dice_of(water, shot);
+    struct dice dice = {water->seed * 0x9e3779b97f4a7c15u + shot->number};
+    dice_bits(&dice);
     rays_add(field, water, scene, shot, &dice);
     if (water->noise_counts > 0.0)
         noise_add(field, water, shot, &dice);
@@ -190,20 +165,40 @@ void water_listen(const struct water *water, const struct scene *scene, const st
     }
 }
 
-void water_look(const struct scene *scene, const struct water_shot *shot, struct water_truth *truth)
+void water_look(const struct place *scene, const struct water_shot *shot, struct water_truth *truth)
 {
-    struct scene_hit hit;
     double direction[3];
-    truth->nearest_m = INFINITY;
-    for (int i = 0; i < LOOK_AZ; i++) {
-        for (int k = 0; k < LOOK_EL; k++) {
-            double az_deg = ((double)i / (LOOK_AZ - 1) - 0.5) * heads[shot->head].az_aperture_deg;
-            double el_deg = ((double)k / (LOOK_EL - 1) - 0.5) * heads[shot->head].el_aperture_deg;
-            geo_direction(shot->az_rad + geo_rad(az_deg), geo_rad(el_deg), direction);
-            if (scene_cast(scene, shot->origin_m, direction, shot->t_s, &hit))
-                truth->nearest_m = fmin(truth->nearest_m, hit.range_m);
-        }
-    }
+    const struct place_fan fan = {shot->az_rad,
+                                  0.0,
+                                  geo_rad(heads[shot->head].az_aperture_deg) / 2.0,
+                                  geo_rad(heads[shot->head].el_aperture_deg) / 2.0,
+                                  LOOK_AZ,
+                                  LOOK_EL};
+    truth->nearest_m = place_nearest(scene, shot->origin_m, &fan, shot->t_s);
     geo_direction(shot->az_rad, 0.0, direction);
-    truth->axis_m = scene_cast(scene, shot->origin_m, direction, shot->t_s, &hit) ? hit.range_m : INFINITY;
+    truth->axis_m = place_ray(scene, shot->origin_m, direction, INFINITY, shot->t_s);
+}
+
+static void write_range(FILE *out, const char *key, double range_m)
+{
+    if (isfinite(range_m))
+        fprintf(out, ",\"%s\":%.4f", key, range_m);
+    else
+        fprintf(out, ",\"%s\":null", key);
+}
+
+void water_write_truth(FILE *out, const struct water *water, const struct place *scene,
+                       const struct water_shot *shot, uint64_t t_ns, unsigned angle, double azimuth_deg,
+                       double yaw_deg)
+{
+    struct water_truth truth;
+    water_look(scene, shot, &truth);
+    fprintf(out, "{\"t_ns\":%llu,\"ping\":%llu,\"angle\":%u,\"azimuth_deg\":%.3f", (unsigned long long)t_ns,
+            (unsigned long long)shot->number, angle, geo_deg(geo_wrap(geo_rad(azimuth_deg))));
+    write_range(out, "range_m", truth.nearest_m);
+    write_range(out, "axis_m", truth.axis_m);
+    fprintf(out, ",\"listening_m\":%.4f,\"position_m\":[%.4f,%.4f,%.4f],\"yaw_deg\":%.3f}\n",
+            shot->n_samples * shot->sample_s * water->sound_speed_mps / 2.0, shot->origin_m[0], shot->origin_m[1],
+            shot->origin_m[2], yaw_deg);
+    fflush(out);
 }

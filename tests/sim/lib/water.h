@@ -14,8 +14,9 @@
 #define SONARD_SIM_WATER_H
 
 #include <stdint.h>
+#include <stdio.h>
 
-#include "scene.h"
+#include "tests/water/scene.h"
 
 #define WATER_MAX_SAMPLES 1200
 
@@ -47,10 +48,15 @@ struct water_truth {
 };
 
 /** water_listen - the samples of one transmission; samples[n_samples]. */
-void water_listen(const struct water *water, const struct scene *scene, const struct water_shot *shot,
+void water_listen(const struct water *water, const struct place *scene, const struct water_shot *shot,
                   uint8_t *samples);
 
 /** water_look - what is really there, by a fine fan of rays. */
-void water_look(const struct scene *scene, const struct water_shot *shot, struct water_truth *truth);
+void water_look(const struct place *scene, const struct water_shot *shot, struct water_truth *truth);
+
+/** water_write_truth - the same as a line of JSON; angle: as the head says it, azimuth_deg from the bow. */
+void water_write_truth(FILE *out, const struct water *water, const struct place *scene,
+                       const struct water_shot *shot, uint64_t t_ns, unsigned angle, double azimuth_deg,
+                       double yaw_deg);
 
 #endif

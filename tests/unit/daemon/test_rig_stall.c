@@ -19,8 +19,8 @@ static double nearest_m(double azimuth_deg)
     for (int i = -5; i <= 5; i++) {
         const double az = geo_rad(azimuth_deg + rig.sim.pose.yaw_deg + i / 2.0);
         const double ahead[3] = {cos(az), sin(az), 0}, here[3] = {0, 0, 0};
-        struct scene_hit hit;
-        if (scene_cast(&rig.sim.scene, here, ahead, 0, &hit))
+        struct place_hit hit;
+        if (place_cast(&rig.sim.scene, here, ahead, 0, &hit))
             nearest = fmin(nearest, hit.range_m);
     }
     return nearest;

@@ -169,17 +169,18 @@ TEST(thrusters_bound_a_vehicle_that_nobody_measures)
 /* A diver who swims against the vehicle is not what it ran into. */
 TEST(what_stands_still_is_told_from_what_swims)
 {
-    static struct pilot_world w, still;
     const double start_m[3] = {0};
-    pilot_world_draw(&w, PILOT_DIVER, 20260101, &pilot_hull, 1);
-    pilot_world_still(&w, &still);
-    CHECK(still.solids == w.solids - 1);
-    const double *diver = w.solid[w.solids - 1].p, meets_s = -diver[1] / diver[4];
-    const double there_m[3] = {diver[0] + diver[3] * meets_s, 0, 0};
-    CHECK(pilot_world_clearance(&w, there_m, &pilot_hull, meets_s) < 0);
-    CHECK(pilot_world_clearance(&w, start_m, &pilot_hull, 0) > 0);
-    CHECK(pilot_world_clearance(&still, there_m, &pilot_hull, meets_s) >
-          pilot_world_clearance(&w, there_m, &pilot_hull, meets_s));
+    const struct place w = place_of_pilot(PILOT_DIVER, 20260101, &pilot_hull, 1);
+    const struct place still = place_still(&w);
+    const struct place_shape *diver = w.shape;
+    for (int i = 0; !place_moves(diver); i++, diver++)
+        CHECK(still.shape[i].kind == diver->kind);
+    CHECK(diver[1].kind == PLACE_END && still.shape[diver - w.shape].kind == PLACE_END);
+    const double meets_s = -diver->p[1] / diver->v[1], there_m[3] = {diver->p[0] + diver->v[0] * meets_s, 0, 0};
+    CHECK(place_clearance(&w, there_m, &pilot_hull, meets_s) < 0);
+    CHECK(place_clearance(&w, start_m, &pilot_hull, 0) > 0);
+    CHECK(place_clearance(&still, there_m, &pilot_hull, meets_s) >
+          place_clearance(&w, there_m, &pilot_hull, meets_s));
 }
 
 /* When a diver was last in a beam says whether the daemon could know of him. */

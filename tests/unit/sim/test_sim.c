@@ -12,9 +12,9 @@
 
 /* ---- scene ---- */
 
-static struct scene scene_of(const char *text)
+static struct place scene_of(const char *text)
 {
-    struct scene scene;
+    struct place scene;
     struct fault fault = {""};
     if (!scene_parse(&scene, "test", text, &fault))
         printf("scene: %s\n", fault.text);
@@ -57,11 +57,11 @@ TEST(ray_meets_shapes_where_geometry_says)
     };
 
     for (size_t i = 0; i < COUNT(row); i++) {
-        const struct scene scene = scene_of(row[i].scene);
-        struct scene_hit hit = {INFINITY, 0, 0};
+        const struct place scene = scene_of(row[i].scene);
+        struct place_hit hit = {.range_m = INFINITY};
         double direction[3];
         geo_direction(geo_rad(row[i].az_deg), geo_rad(row[i].el_deg), direction);
-        bool found = scene_cast(&scene, row[i].origin, direction, row[i].t_s, &hit);
+        bool found = place_cast(&scene, row[i].origin, direction, row[i].t_s, &hit);
         if (found != isfinite(row[i].range_m))
             printf("%s:\n", row[i].name);
         CHECK(found == isfinite(row[i].range_m));
@@ -86,7 +86,7 @@ TEST(broken_scenes_are_refused_with_their_line)
     };
 
     for (size_t i = 0; i < COUNT(row); i++) {
-        struct scene scene;
+        struct place scene;
         struct fault fault = {""};
         CHECK(!scene_parse(&scene, "test", row[i].text, &fault));
         CHECK_STR(fault.text, row[i].want);
@@ -132,7 +132,7 @@ TEST(echo_begins_within_one_pulse_of_the_true_range)
                                          "cylinder 2 0 0.1", "box -20 17 -20 20 -20 20"};
     const double pulse_m = 107e-6 * 1500 / 2;
     for (size_t i = 0; i < COUNT(scenes); i++) {
-        const struct scene scene = scene_of(scenes[i]);
+        const struct place scene = scene_of(scenes[i]);
         for (uint64_t number = 1; number <= 20; number++) {
             const struct water_shot shot = shot_ahead(number);
             struct water_truth truth;
@@ -151,7 +151,7 @@ TEST(echo_begins_within_one_pulse_of_the_true_range)
 
 TEST(nothing_is_heard_in_open_water_without_noise)
 {
-    const struct scene scene = scene_of("");
+    const struct place scene = scene_of("");
     const struct water_shot shot = shot_ahead(1);
     uint8_t samples[WATER_MAX_SAMPLES];
     water_listen(&quiet, &scene, &shot, samples);
@@ -161,7 +161,7 @@ TEST(nothing_is_heard_in_open_water_without_noise)
 
 TEST(noise_floor_has_the_mean_that_was_asked_for)
 {
-    const struct scene scene = scene_of("");
+    const struct place scene = scene_of("");
     double sum = 0;
     int n = 0;
     for (uint64_t number = 1; number <= 20; number++) {
@@ -176,7 +176,7 @@ TEST(noise_floor_has_the_mean_that_was_asked_for)
 
 TEST(room_has_a_ghost_one_room_behind_the_wall)
 {
-    const struct scene scene = scene_of("box -3 5 -50 50 -50 50");
+    const struct place scene = scene_of("box -3 5 -50 50 -50 50");
     const struct water_shot shot = shot_ahead(1);
     uint8_t samples[WATER_MAX_SAMPLES];
     struct water silent = quiet;
@@ -190,7 +190,7 @@ TEST(room_has_a_ghost_one_room_behind_the_wall)
 
 TEST(same_seed_gives_the_same_samples_and_another_does_not)
 {
-    const struct scene scene = scene_of("box -6 9 -5 4 -20 20");
+    const struct place scene = scene_of("box -6 9 -5 4 -20 20");
     struct water_shot shot = shot_ahead(7);
     struct water other = noisy;
     uint8_t a[WATER_MAX_SAMPLES], b[WATER_MAX_SAMPLES];

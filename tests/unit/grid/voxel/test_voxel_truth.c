@@ -10,8 +10,8 @@
 /* The first range of a beam against the nearest of many rays: never beyond, hardly short of it. */
 TEST(first_range_is_the_nearest_of_all_rays)
 {
-    for (unsigned k = 0; k < worlds_n; k++) {
-        struct dive *dive = dive_make(&worlds[k], 1, false, 0.2, DIVE_TRUTH);
+    for (unsigned k = 0; k < places_n; k++) {
+        struct dive *dive = dive_make(&places[k], 1, false, 0.2, DIVE_TRUTH);
         for (size_t i = 0; i < dive->n; i += 23) {
             const struct dive_look *look = &dive->look[i];
             double nearest_m = DIVE_RANGE_M;
@@ -20,30 +20,30 @@ TEST(first_range_is_the_nearest_of_all_rays)
                     double in_beam[3], d[3];
                     geo_direction(geo_rad(DIVE_AZ_DEG) * a / 30, geo_rad(DIVE_EL_DEG) * e / 180, in_beam);
                     quat_rotate(look->attitude, in_beam, d);
-                    nearest_m = fmin(nearest_m, world_ray(&worlds[k], look->at, d, DIVE_RANGE_M, look->t_s));
+                    nearest_m = fmin(nearest_m, place_ray(&places[k], look->at, d, DIVE_RANGE_M, look->t_s));
                 }
             CHECK(look->first_m <= nearest_m + 1e-3);
             if (look->first_m < nearest_m - 0.05)
-                printf("%s, look %zu: %g m, by rays %g m\n", worlds[k].name, i, look->first_m, nearest_m);
+                printf("%s, look %zu: %g m, by rays %g m\n", places[k].name, i, look->first_m, nearest_m);
             CHECK(look->first_m >= nearest_m - 0.05); /* between the rays there may be a pile's edge */
         }
         dive_free(dive);
     }
 }
 
-/* A step of a millimetre never changes the clearance by more: what world_first relies on. */
+/* A step of a millimetre never changes the clearance by more: what place_first relies on. */
 TEST(clearance_is_no_more_than_the_distance)
 {
     uint64_t seed = 7;
     for (int n = 0; n < 20000; n++) {
-        const struct world *w = &worlds[(unsigned)n % worlds_n];
+        const struct place *w = &places[(unsigned)n % places_n];
         double p[3], q[3], step2 = 0;
         for (int a = 0; a < 3; a++) {
             p[a] = w->low[a] + (w->high[a] - w->low[a]) * test_uniform(&seed);
             q[a] = p[a] + 0.2 * (test_uniform(&seed) - 0.5);
             step2 += (q[a] - p[a]) * (q[a] - p[a]);
         }
-        CHECK(fabs(world_clearance(w, p, 3) - world_clearance(w, q, 3)) <= sqrt(step2) + 1e-12);
+        CHECK(fabs(place_clearance(w, p, NULL, 3) - place_clearance(w, q, NULL, 3)) <= sqrt(step2) + 1e-12);
     }
 }
 
@@ -63,15 +63,15 @@ static double false_free_m3(const struct dive *dive, double voxel_m, double tole
 /* Whatever the voxel and however the vehicle is tilted. A world in which something moves has no one truth. */
 TEST(with_true_ranges_nothing_behind_a_surface_is_free)
 {
-    for (unsigned k = 0; k < worlds_n; k++) {
-        if (worlds[k].solid[0].v[1] != 0)
+    for (unsigned k = 0; k < places_n; k++) {
+        if (place_moves(&places[k].shape[1]))
             continue;
         for (int tilted = 0; tilted < 2; tilted++) {
-            struct dive *dive = dive_make(&worlds[k], TURNS, false, 0.17 * tilted, DIVE_TRUTH);
+            struct dive *dive = dive_make(&places[k], TURNS, false, 0.17 * tilted, DIVE_TRUTH);
             for (int v = 0; v < 3; v++) {
                 const double wrong_m3 = false_free_m3(dive, (const double[]){0.1, 0.2, 0.5}[v], 0, 0);
                 if (wrong_m3 != 0)
-                    printf("%s%s, voxel %d: %g m3\n", worlds[k].name, tilted ? " tilted" : "", v, wrong_m3);
+                    printf("%s%s, voxel %d: %g m3\n", places[k].name, tilted ? " tilted" : "", v, wrong_m3);
                 CHECK(wrong_m3 == 0);
             }
             dive_free(dive);
@@ -102,7 +102,7 @@ TEST(as_heard_little_behind_a_surface_is_free)
     };
     struct dive_ears *ears = dive_ears_make(false);
     for (size_t k = 0; k < sizeof row / sizeof row[0]; k++) {
-        struct dive *dive = dive_make(world_named(row[k].world), HEARD_TURNS, false, 0, DIVE_TRUTH | DIVE_SOUND);
+        struct dive *dive = dive_make(place_named(row[k].world), HEARD_TURNS, false, 0, DIVE_TRUTH | DIVE_SOUND);
         double share[4], behind_max_m, free_m3[4];
         struct chart *c[4];
         for (int s = 0; s < 4; s++)
@@ -136,7 +136,7 @@ TEST(as_heard_little_behind_a_surface_is_free)
 /* The measure sees what it is for. */
 TEST(a_range_too_long_or_a_wide_tolerance_is_seen)
 {
-    struct dive *dive = dive_make(world_named("box tank"), TURNS, false, 0, DIVE_TRUTH);
+    struct dive *dive = dive_make(place_named("box tank"), TURNS, false, 0, DIVE_TRUTH);
     CHECK(false_free_m3(dive, 0.1, 0, 0.2) > 0.5);
     CHECK(false_free_m3(dive, 0.1, 3, 0) > 0.1);
     dive_free(dive);

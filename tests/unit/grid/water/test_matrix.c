@@ -4,7 +4,7 @@
 
 #include "grid/geometry.h"
 #include "grid/water/matrix.h"
-#include "report/lib/dice.h"
+#include "tests/water/dice.h"
 
 static struct beam_echoes beam[BEAMS_MAX];
 static struct echoes ping;
