@@ -536,6 +536,27 @@ TEST(a_tile_of_which_some_is_before_an_echo_is_mixed)
     }
 }
 
+/* Towards the sensor it is nearer than the axis, on the other side farther: there a smaller tile may be free. */
+TEST(a_tile_of_which_one_side_may_be_free_is_mixed)
+{
+    double from_m, to_m, nearest_m, farthest_m;
+    for (int far = 0; far < 2; far++)
+        for (int more = 0; more < 2; more++) {
+            aim_beside(&from_m, &to_m, &nearest_m, &farthest_m);
+            const uint16_t at = (uint16_t)(100 * (far ? farthest_m : nearest_m) + (more == far ? -6 : 6));
+            record.image.near_m = far ? at * WATER_UNIT_M : 0;
+            cells[0] = far ? (struct water_cell){.from = at, .least = 900, .most = 900, .ends = WATER_NO_END}
+                           : (struct water_cell){.least = at, .most = at, .ends = WATER_NO_END};
+            water_decide(&view, &tile, from_m, to_m, &out);
+            CHECK(out.piece[0].says == WATER_NOTHING);
+            CHECK_INT(out.piece[0].mixed, more);
+            aim(0, 0, 0);
+            geo_direction((far ? 1 : -1) * 0.185, 0, tile.v);
+            water_decide(&view, &tile, from_m, to_m, &out);
+            CHECK_INT(out.piece[0].says == WATER_FREE, more);
+        }
+}
+
 static int judged_in(double az_deg, double el_deg, double half_deg, double from_m, double to_m)
 {
     aim(az_deg, el_deg, half_deg);
@@ -1008,6 +1029,7 @@ int main(void)
     RUN(what_a_row_has_no_bearing_of_does_not_go_on_in_it);
     RUN(what_smaller_tiles_may_be_told_otherwise_is_mixed);
     RUN(a_tile_of_which_some_is_before_an_echo_is_mixed);
+    RUN(a_tile_of_which_one_side_may_be_free_is_mixed);
     RUN(a_stretch_of_which_no_part_can_be_free_is_judged_once);
     RUN(a_stretch_is_judged_once_where_all_of_it_touches_what_denies_it);
     RUN(a_stretch_is_divided_where_a_margin_leaves_room_for_its_end);
