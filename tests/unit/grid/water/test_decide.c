@@ -97,6 +97,17 @@ static double ends_m(double az_deg, double el_deg, double half_deg)
         CHECK(got_m <= (at_m) + 1e-9 && got_m >= (at_m)-FINE_M);                                                  \
     } while (0)
 
+/* Of a stretch from 0 to end_m it is not free nearer to middle_m than off_m, and is so from not far beyond that on. */
+#define CHECK_GAP(middle_m, off_m, end_m)                                                                         \
+    do {                                                                                                          \
+        const double gap_m = (middle_m), half_m = (off_m);                                                        \
+        water_decide(&view, &tile, 0, end_m, &out);                                                               \
+        CHECK(out.piece[0].says == WATER_FREE && out.piece[out.n - 1].says == WATER_FREE);                        \
+        for (int i = 0; i < out.n; i++)                                                                           \
+            CHECK(out.piece[i].says != WATER_FREE || out.piece[i].to_m <= gap_m - half_m + 1e-9 ||                \
+                  out.piece[i].from_m >= gap_m + half_m - 1e-9);                                                  \
+    } while (0)
+
 /* At that angle beside a side of the image something of that size fits in from here on. */
 static double fits_from(double radius_m, double aside_deg)
 {
@@ -121,8 +132,22 @@ TEST(water_is_free_within_the_cell_and_its_ranges)
     CHECK(ends_m(0, 0, 0) == INFINITY);
     view.keeps_m = 3;
     CHECK_FREE(0, 0, 0.5, 3);
+    view.keeps_m = 0.8;
+    CHECK_FREE(0, 0, 0.5, 0.8);
     view.lost = true;
     CHECK(!is_free(0, 0, 0));
+}
+
+/* From anywhere to anywhere, if one multiple of the grid lies between them. */
+TEST(a_stretch_is_divided_at_the_first_multiple_of_the_grid_and_at_the_last)
+{
+    begin_one();
+    cells[0].least = cells[0].most = 501;
+    aim(0, 0, 0);
+    for (int last = 0; last < 2; last++) {
+        water_decide(&view, &tile, 4.99, last ? 5.011 : 5.02, &out);
+        CHECK(out.piece[0].says == WATER_FREE && out.piece[0].to_m == 5);
+    }
 }
 
 TEST(water_ends_where_it_may_touch_an_echo)
@@ -313,43 +338,87 @@ TEST(water_that_may_have_drifted_over_the_sensor_is_not_free)
 /* It passes half a metre before the sensor: nearer than that it is never. */
 TEST(a_way_is_free_where_it_passes_near_the_sensor)
 {
+    for (int side = -1; side <= 1; side += 2)
+        for (int up = -1; up <= 1; up += 2) {
+            begin(1, 1, 150, 120);
+            cells[0].from = 0;
+            record.image.near_m = 0;
+            memcpy(view.at_m, (double[3]){0.5, -1.1 * side, -0.1 * up}, sizeof view.at_m);
+            aim(90 * side, 0, 0);
+            water_decide(&view, &tile, 0, 2.5, &out);
+            CHECK(out.n == 1 && out.piece[0].says == WATER_FREE);
+            tan_el[0] = -0.15; /* half a metre away it is seen steeper than that */
+            tan_el[1] = 0.15;
+            CHECK_GAP(1.1, sqrt(0.1 * 0.1 / (0.15 * 0.15) - 0.25), 2.5);
+            tan_el[0] = -1;
+            tan_el[1] = 1;
+            cells[0].from = 60; /* or nearer */
+            CHECK_GAP(1.1, sqrt(0.6 * 0.6 - 0.1 * 0.1 - 0.25), 2.5);
+        }
+}
+
+/* It climbs: it is seen steepest behind where it is nearest. */
+TEST(a_way_that_climbs_is_as_high_as_where_it_is_highest)
+{
+    for (int side = -1; side <= 1; side += 2)
+        for (int up = -1; up <= 1; up += 2) {
+            begin(1, 1, 164, 90);
+            cells[0] = (struct water_cell){.least = 3000, .most = 3000, .ends = WATER_NO_END};
+            record.image.near_m = 0;
+            memcpy(view.at_m, (double[3]){1, -3 * side, 2 * up}, sizeof view.at_m);
+            aim(90 * side, 45 * up, 0);
+            tan_el[0] = up > 0 ? -1 : -1.3;
+            tan_el[1] = up > 0 ? 1.3 : 1;
+            /* (x - 2)^2 = 1.3^2 (1 + (x - 3)^2), x the level way */
+            const double middle = (6 * 1.69 - 4) / 2 / 0.69, off = sqrt(middle * middle - (16.9 - 4) / 0.69);
+            CHECK_GAP(middle * sqrt(2), off * sqrt(2), 9.8);
+        }
+}
+
+/* Nor does it count from where it is nearest in all, but from where it passes over the sensor or below it. */
+TEST(a_way_that_climbs_may_have_drifted_over_the_sensor)
+{
     for (int up = -1; up <= 1; up += 2) {
-        begin(1, 1, 150, 120);
+        begin(1, 1, 150, 160);
         cells[0].from = 0;
         record.image.near_m = 0;
-        memcpy(view.at_m, (double[3]){0.5, -1.1, -0.1 * up}, sizeof view.at_m);
-        CHECK_FREE(90, 0, 0, 1.1 + 0.5 * tan(geo_rad(75)));
+        view.level_m = 0.5;
+        memcpy(view.at_m, (double[3]){0.4, -1.1, 0.3 * up}, sizeof view.at_m);
+        aim(90, 45 * up, 0);
+        CHECK_GAP(1.1 * sqrt(2), 0.3 * sqrt(2), 3);
     }
 }
 
 /* A stretch beside the sensor that no multiple of the grid divides; its nearest and its farthest point. */
-static void aim_beside(double *from_m, double *to_m, double *nearest_m, double *farthest_m)
+static void aim_beside(double beside_m, double at_m, double *from_m, double *to_m, double *nearest_m,
+                       double *farthest_m)
 {
     begin(1, 1, 150, 150);
     cells[0].from = 0;
     record.image.near_m = 0;
-    view.at_m[1] = 2;
+    cells[0].least = cells[0].most = 3000;
+    view.at_m[1] = beside_m;
     aim(0, 0, 0);
-    tile.half_rad = 0.19;
-    *from_m = 4.05;
-    *to_m = 4.06;
-    const double c = cos(0.19), s = sin(0.19);
-    *nearest_m = hypot(*from_m * c, 2 - *from_m * s);
-    *farthest_m = hypot(*to_m * c, 2 + *to_m * s);
+    tile.half_rad = 0.199;
+    *from_m = at_m;
+    *to_m = at_m + 0.01;
+    const double c = cos(0.199), s = sin(0.199);
+    *nearest_m = hypot(*from_m * c, beside_m - *from_m * s);
+    *farthest_m = hypot(*to_m * c, beside_m + *to_m * s);
 }
 
 /* By how much a wide tile may be nearer than its axis, or farther: all of it counts, and little more. */
 TEST(a_wide_tile_is_as_near_and_as_far_as_its_nearest_and_farthest_point)
 {
     double from_m, to_m, nearest_m, farthest_m;
-    aim_beside(&from_m, &to_m, &nearest_m, &farthest_m);
-    for (int more = 0; more < 2; more++) {
-        cells[0].least = cells[0].most = (uint16_t)floor(100 * farthest_m + (more ? 6 : 0));
+    for (int kind = 0; kind < 4; kind++) {
+        const bool wide = kind / 2, more = kind % 2;
+        aim_beside(wide ? 20 : 2, wide ? 10.01 : 4.05, &from_m, &to_m, &nearest_m, &farthest_m);
+        cells[0].from = (uint16_t)ceil(100 * nearest_m - (more ? 3 : 0));
         water_decide(&view, &tile, from_m, to_m, &out);
         CHECK_INT(out.piece[0].says == WATER_FREE, more);
-    }
-    for (int more = 0; more < 2; more++) {
-        cells[0].from = (uint16_t)ceil(100 * nearest_m - (more ? 3 : 0));
+        cells[0].from = 0;
+        cells[0].least = cells[0].most = (uint16_t)floor(100 * farthest_m + (more ? wide ? 40 : 6 : 0));
         water_decide(&view, &tile, from_m, to_m, &out);
         CHECK_INT(out.piece[0].says == WATER_FREE, more);
     }
@@ -367,16 +436,18 @@ TEST(water_ends_where_there_are_too_many_pieces)
     view.at_m[0] = 30;
     view.at_m[1] = -40;
     aim(90, 0, 0);
-    water_decide(&view, &tile, 0, 100, &out);
-    CHECK_INT(out.n, WATER_PIECES);
-    CHECK(out.piece[out.n - 1].says == WATER_ENDED && out.piece[out.n - 1].mixed);
-    CHECK(out.piece[out.n - 1].to_m < 90);
-    int free = 0;
-    for (int i = 0; i + 1 < out.n; i++) {
-        CHECK(out.piece[i].says != WATER_ENDED && out.piece[i].to_m == out.piece[i + 1].from_m);
-        free += out.piece[i].says == WATER_FREE;
+    for (double from_m = 0; from_m < 10; from_m = out.piece[1].from_m) { /* whatever the last of them says */
+        water_decide(&view, &tile, from_m, 100, &out);
+        CHECK_INT(out.n, WATER_PIECES);
+        CHECK(out.piece[out.n - 1].says == WATER_ENDED && out.piece[out.n - 1].mixed);
+        CHECK(out.piece[out.n - 1].to_m < 90);
+        int free = 0;
+        for (int i = 0; i + 1 < out.n; i++) {
+            CHECK(out.piece[i].says != WATER_ENDED && out.piece[i].to_m == out.piece[i + 1].from_m);
+            free += out.piece[i].says == WATER_FREE;
+        }
+        CHECK(free > WATER_PIECES / 5);
     }
-    CHECK(free > WATER_PIECES / 5);
 }
 
 /* ---- rows of a head that follow each other ---- */
@@ -526,7 +597,7 @@ TEST(what_smaller_tiles_may_be_told_otherwise_is_mixed)
 TEST(a_tile_of_which_some_is_before_an_echo_is_mixed)
 {
     double from_m, to_m, nearest_m, farthest_m;
-    aim_beside(&from_m, &to_m, &nearest_m, &farthest_m);
+    aim_beside(2, 4.05, &from_m, &to_m, &nearest_m, &farthest_m);
     for (int more = 0; more < 2; more++) {
         cells[0].ends = (uint16_t)(100 * nearest_m + (more ? 1 : -3));
         cells[0].least = cells[0].most = cells[0].ends;
@@ -542,7 +613,7 @@ TEST(a_tile_of_which_one_side_may_be_free_is_mixed)
     double from_m, to_m, nearest_m, farthest_m;
     for (int far = 0; far < 2; far++)
         for (int more = 0; more < 2; more++) {
-            aim_beside(&from_m, &to_m, &nearest_m, &farthest_m);
+            aim_beside(2, 4.05, &from_m, &to_m, &nearest_m, &farthest_m);
             const uint16_t at = (uint16_t)(100 * (far ? farthest_m : nearest_m) + (more == far ? -6 : 6));
             record.image.near_m = far ? at * WATER_UNIT_M : 0;
             cells[0] = far ? (struct water_cell){.from = at, .least = 900, .most = 900, .ends = WATER_NO_END}
@@ -601,6 +672,10 @@ TEST(a_stretch_is_judged_once_where_all_of_it_touches_what_denies_it)
     cells[1].least = cells[1].most = 900;
     water_image_fill(&record.image, cells);
     CHECK_INT(judged_in(0, 0, 1, 6, 8), 1);
+    begin(2, 1, 10, 20); /* though its sum is told farther */
+    cells[0].most = 900;
+    water_image_fill(&record.image, cells);
+    CHECK_INT(judged_in(-5, 0, 1, 6, 8), 1);
     begin(2, 1, 10, 20);
     record.image.near_m = 0;
     cells[1].from = 0;
@@ -652,6 +727,14 @@ TEST(a_stretch_is_shortened_to_the_image)
     CHECK(touches(&from_m, &to_m) && from_m <= 0 && to_m >= 10);
     for (int side = -1; side <= 1; side += 2) {
         aim(side * 30, 0, 1);
+        CHECK(!touches(&from_m, &to_m) || to_m < 1e-4);
+    }
+    for (int side = -1; side <= 1; side += 2) { /* its sides need not be alike */
+        begin_one();
+        tan_az[side > 0] = side * tan(geo_rad(40));
+        aim(side * 30, 0, 1);
+        CHECK(touches(&from_m, &to_m) && from_m <= 0 && to_m >= 10);
+        aim(side * -30, 0, 1);
         CHECK(!touches(&from_m, &to_m) || to_m < 1e-4);
     }
     const double c = cos(geo_rad(10)), s = sin(geo_rad(10)), h = sqrt(0.5);
@@ -755,9 +838,16 @@ TEST(a_beam_shows_what_it_heard_on_the_way)
     view.at_m[0] = 2.1;
     CHECK(!shows(0, 0, 3, 0) && !shows(0, 0, 30, 0));
     CHECK(shows(0, 0, 1.8, 0));
-    begin(1, 3, 20, 5); /* only the beam that passes there */
-    cells[0].most = cells[2].most = 0;
+    begin_one();
+    CHECK(shows(0, 0, 0.3, 0));
+    begin(3, 3, 5, 5); /* only the beam that passes there */
+    for (int i = 0; i < 9; i++)
+        cells[i].most = i == 4 ? 500 : 0;
     CHECK(shows(0, 0, 8, 0) && !shows(0, 5, 8, 0) && !shows(0, -5, 8, 0));
+    for (int side = -1; side <= 1; side += 2) { /* or near it */
+        CHECK(!shows(side * 5, 0, 8, 1) && shows(side * 5, 0, 8, 3));
+        CHECK(!shows(side * 5, 5, 8, 3) && !shows(side * 5, -5, 8, 3));
+    }
 }
 
 /* ---- all of it together, against points ---- */
@@ -1008,6 +1098,7 @@ TEST(nothing_is_lost_by_asking_for_a_long_stretch)
 int main(void)
 {
     RUN(water_is_free_within_the_cell_and_its_ranges);
+    RUN(a_stretch_is_divided_at_the_first_multiple_of_the_grid_and_at_the_last);
     RUN(water_ends_where_it_may_touch_an_echo);
     RUN(margins_of_place_make_free_water_smaller);
     RUN(margins_count_from_the_sensor_wherever_it_looks);
@@ -1020,6 +1111,8 @@ int main(void)
     RUN(a_wide_tile_beside_the_sensor_loses_range);
     RUN(water_that_may_have_drifted_over_the_sensor_is_not_free);
     RUN(a_way_is_free_where_it_passes_near_the_sensor);
+    RUN(a_way_that_climbs_is_as_high_as_where_it_is_highest);
+    RUN(a_way_that_climbs_may_have_drifted_over_the_sensor);
     RUN(a_wide_tile_is_as_near_and_as_far_as_its_nearest_and_farthest_point);
     RUN(water_ends_where_there_are_too_many_pieces);
     RUN(water_is_free_in_rows_that_follow_each_other);
