@@ -184,6 +184,9 @@ TEST(each_of_many_records_is_asked)
         CHECK(a.records == 1 && a.oldest == n);
         free->r.t_ns = 600; /* what ends was received meanwhile */
         CHECK(ask_free(many, n + 2, &q).free_to_m <= 3);
+        q.to_m = 6; /* though all that was asked was free by then */
+        CHECK(ask_free(many, n + 2, &q).free_to_m <= 3);
+        q.to_m = 9;
     }
 }
 
@@ -248,14 +251,277 @@ TEST(where_a_tile_ends_is_known_if_a_smaller_one_may_not)
     CHECK(ends_m == INFINITY);
 }
 
-/* ---- against points ---- */
-
 static uint64_t seed;
 
 static double between(double lo, double hi)
 {
     return lo + (hi - lo) * test_uniform(&seed);
 }
+
+/* What is not in the middle of it nor at its rim is found all the same, before it is over. */
+TEST(a_question_of_yes_or_no_is_not_over_before_all_of_it_is_asked)
+{
+    records = 0;
+    struct made *m = add(9.5, false);
+    for (int row = 0; row < ROWS; row++)
+        m->cell[row * COLUMNS + 14] =
+            (struct water_cell){.from = 10, .least = 300, .most = 300, .ends = 300}; /* of 10 to 15 degrees */
+    water_image_fill(&m->r.image, m->cell);
+    struct ask_question q = {.axis = {1}, .half_rad = geo_rad(9.5), .near_m = 0.5, .to_m = 9, .stops = true};
+    geo_direction(geo_rad(7), 0, q.axis);
+    CHECK(ask_free(view, records, &q).free_to_m <= 3);
+    geo_direction(geo_rad(-1), 0, q.axis);
+    CHECK(ask_free(view, records, &q).free_to_m >= 9);
+}
+
+/* A cell of 5 degrees beside one that ends: the nearer to it, the smaller a tile has to be that does not touch it. */
+TEST(each_level_of_tiles_tells_more)
+{
+    const double beside_deg[TILES_LEVELS] = {7.5, 3.75, 1.9, 0.95, 0.47, 0.24};
+    records = 0;
+    struct made *m = add(9.5, false);
+    for (int row = 0; row < ROWS; row++)
+        m->cell[row * COLUMNS + 11] = (struct water_cell){.from = 10, .least = 300, .most = 300, .ends = 300};
+    water_image_fill(&m->r.image, m->cell);
+    for (int levels = 1; levels <= TILES_LEVELS; levels++)
+        for (int at = 0; at < TILES_LEVELS; at++) {
+            struct ask_question q = {.near_m = 0.5, .to_m = 9, .half_rad = 1e-4, .levels = levels};
+            geo_direction(geo_rad(beside_deg[at]), geo_rad(1), q.axis);
+            CHECK_INT(ask_free(view, records, &q).free_to_m > 3, at < levels);
+        }
+}
+
+/* The axes of the cells are turned by half of one, so that tiles of 5 degrees lie across two of them. */
+static void turn_by(struct made *m, double deg)
+{
+    const double c = cos(geo_rad(deg)), s = sin(geo_rad(deg));
+    memcpy(m->r.axis, (double[3][3]){{c, s, 0}, {-s, c, 0}, {0, 0, 1}}, sizeof m->r.axis);
+}
+
+static void set_column(struct made *m, int column, double from_m, double to_m)
+{
+    const uint16_t from = (uint16_t)lround(100 * from_m), to = (uint16_t)lround(100 * to_m);
+    for (int row = 0; row < ROWS; row++)
+        m->cell[row * COLUMNS + column] =
+            (struct water_cell){.from = from, .least = to, .most = to, .ends = WATER_NO_END};
+    water_image_fill(&m->r.image, m->cell);
+}
+
+/* Two stretches are open where a tile is divided; an older record frees one of them for its parts. */
+TEST(parts_of_a_tile_keep_all_that_is_open)
+{
+    records = 0;
+    struct made *m = add(5, false);
+    for (int i = 0; i < COLUMNS; i++)
+        set_column(m, i, 2, 5);
+    m->r.image.near_m = 2;
+    set_column(add(2.5, false), 13, 0.1, 9.5); /* of 5 to 10 degrees */
+    CHECK_FREE(2.5, 5);
+    CHECK_FREE(7.5, 9);
+}
+
+/* Nearer than a part of a tile is asked something may be open that the whole of it asks. */
+TEST(what_is_open_nearer_than_a_part_is_asked_does_not_count)
+{
+    static double level_m[ASK_LEVEL];
+    records = 0;
+    struct made *m = add(9.5, false);
+    for (int i = 13; i < COLUMNS; i++) /* from 5 degrees on */
+        set_column(m, i, 1, 9.5);
+    for (int k = 0; k < ASK_LEVEL; k++)
+        level_m[k] = k > 2 ? 5 : 0.5; /* to 4.2 degrees */
+    struct ask_question q = {.near_m = 5, .to_m = 8, .half_rad = geo_rad(2), .level_m = level_m};
+    geo_direction(geo_rad(7), geo_rad(2), q.axis);
+    CHECK(ask_free(view, records, &q).free_to_m >= 8);
+    level_m[4] = 0.5; /* of 5.6 to 7 degrees */
+    CHECK(ask_free(view, records, &q).free_to_m <= 1);
+}
+
+/* A corridor leaves what lies beside it behind: its outer parts are asked less far than the whole tile. */
+TEST(parts_of_a_tile_are_asked_as_far_as_they_lie_in_a_corridor)
+{
+    records = 0;
+    struct made *m = add(9.5, false);
+    struct ask_question q = {.kind = ASK_CORRIDOR, .axis = {1}, .near_m = 3.6, .to_m = 8, .radius_m = 0.5};
+    for (int side = 0; side < 2; side++) {
+        set_column(m, side ? 10 : 13, 0.1, 6.5); /* beyond 5 degrees it is 0.56 m aside */
+        for (int row = 0; row < ROWS; row++)
+            m->cell[row * COLUMNS + (side ? 10 : 13)].ends = 650;
+        water_image_fill(&m->r.image, m->cell);
+    }
+    CHECK(ask_free(view, records, &q).free_to_m >= 8);
+    q.radius_m = 0.6;
+    CHECK(ask_free(view, records, &q).free_to_m < 6.5);
+}
+
+/* Of many records the one that ends it comes at any place among others that lie elsewhere; of its tile only some does
+ * it touch. */
+TEST(a_record_is_asked_again_about_the_parts_of_a_tile)
+{
+    static struct water_view many[ASK_RECORDS];
+    records = 0;
+    struct made *away = add(9, true), *ends = add(3, true), *free = add(9.5, false);
+    away->r.axis[0][0] = away->r.axis[1][1] = -1; /* it looks back */
+    away->r.t_ns = away->r.newest_ns = ends->r.t_ns = ends->r.newest_ns = free->r.t_ns;
+    for (int i = 0; i < COLUMNS; i++)
+        if (i != 12)
+            set_column(ends, i, 0.1, 0.1);
+    for (int row = 0; row < ROWS; row++)
+        for (int i = 0; i < COLUMNS; i++)
+            ends->cell[row * COLUMNS + i].ends = i == 12 ? 300 : WATER_NO_END;
+    water_image_fill(&ends->r.image, ends->cell);
+    const int n = 200;
+    for (int at = 0; at < n - 1; at++) {
+        struct ask_question q = {.near_m = 0.5, .to_m = 9, .half_rad = 0.002};
+        for (int i = 0; i < n - 1; i++)
+            many[i] = view[i == at ? 1 : 0];
+        many[n - 1] = view[2];
+        geo_direction(geo_rad(2.5), geo_rad(2.5), q.axis);
+        CHECK(ask_free(many, n, &q).free_to_m <= 3);
+        geo_direction(geo_rad(7.5), geo_rad(2.5), q.axis);
+        const struct ask_answer a = ask_free(many, n, &q);
+        CHECK(a.free_to_m >= 9 && a.records == 1 && a.oldest == n - 1);
+    }
+}
+
+/* A tile crosses one column after the other, of which every second may tell smaller tiles more: what is open stays
+ * one stretch. */
+TEST(many_pieces_that_are_open_are_one)
+{
+    records = 0;
+    for (int i = 0; i < 2; i++) {
+        struct made *m = add(0.1, false);
+        for (int k = 0; k < COLUMNS; k += 2) {
+            set_column(m, k, 50, 60);
+            set_column(m, k + 1, 0, 0);
+        }
+        turn_by(m, 2.5 * i);
+        view[records - 1].at_m[0] = 3;
+        view[records - 1].at_m[1] = -5;
+    }
+    turn_by(add(9.5, false), 90);
+    struct ask_question q = {.near_m = 0.5, .to_m = 9, .half_rad = 1e-4};
+    geo_direction(geo_rad(90.24), geo_rad(0.24), q.axis);
+    const struct water_tile fine = tiles_cone(&(struct tile_index){0});
+    struct water_tile cone = fine;
+    memcpy(cone.v, q.axis, sizeof cone.v);
+    cone.half_rad = 1e-3;
+    struct water_pieces out;
+    water_decide(&view[0], &cone, 0.5, 9, &out);
+    CHECK(out.n > 18);
+    CHECK(ask_free(view, records, &q).free_to_m >= 9);
+}
+
+/* Of more of them than there is room for the last ones count together: from the nearest to the farthest. */
+TEST(of_too_many_stretches_that_smaller_tiles_may_be_told_more_of_none_is_lost)
+{
+    static struct made more[ASK_MIXED + 1];
+    static struct water_view many[ASK_MIXED + 2];
+    for (int kind = 0; kind < 3; kind++) {
+        for (int i = 0; i < ASK_MIXED + 1; i++) {
+            const bool goes_on = i == (kind == 0 ? ASK_MIXED - 1 : kind == 1 ? ASK_MIXED : 0);
+            records = 0;
+            more[i] = *add(0.1, false);
+            struct made *m = &more[i];
+            m->r.image.tan_az = m->tan_az;
+            m->r.image.tan_el = m->tan_el;
+            for (int k = 0; k < COLUMNS; k++)
+                set_column(m, k, 0, 0);
+            const double from_m = goes_on ? 3 : kind == 0 && i == ASK_MIXED ? 8 : 1;
+            set_column(m, 13, from_m, goes_on ? 9.5 : from_m + 0.5);
+            m->r.image.near_m = from_m;
+            turn_by(m, -2.5); /* of 2.5 to 7.5 degrees */
+            many[i] = (struct water_view){.record = &m->r};
+        }
+        records = 0;
+        add(3.5, false);
+        many[ASK_MIXED + 1] = view[0];
+        struct ask_question q = {.near_m = 0.5, .to_m = 9, .half_rad = 1e-3};
+        geo_direction(geo_rad(4), geo_rad(2.5), q.axis);
+        CHECK(ask_free(many, ASK_MIXED + 2, &q).free_to_m >= 9);
+        geo_direction(geo_rad(1), geo_rad(2.5), q.axis);
+        CHECK(ask_free(many, ASK_MIXED + 2, &q).free_to_m <= 3.5);
+    }
+}
+
+/* Smaller tiles may be free farther, but none of it ends; and what was asked before does not count. */
+TEST(a_tile_ends_where_something_ends_it)
+{
+    static struct ask ask;
+    double v[3], ends_m;
+    geo_direction(geo_rad(2.5), geo_rad(2.5), v);
+    const struct tile_index tile = tiles_at(v, 0);
+    records = 0;
+    set_column(add(9.5, false), 11, 0, 0);
+    CHECK(ask_begins_m(&ask, view, records, &tile, &(struct ask_stretch){0.5, 9}, &ends_m) == INFINITY);
+    CHECK(ends_m == INFINITY);
+    records = 0;
+    struct made *m = add(3, true); /* it is one cell: all of it ends */
+    m->r.image.columns = m->r.image.rows = 1;
+    m->tan_az[1] = m->tan_az[COLUMNS];
+    m->tan_el[1] = m->tan_el[ROWS];
+    water_image_fill(&m->r.image, m->cell);
+    CHECK(ask_begins_m(&ask, view, records, &tile, &(struct ask_stretch){4.5, 9}, &ends_m) == INFINITY);
+    CHECK(ends_m == INFINITY);
+}
+
+/* The worst come first, for what is free there need not be asked farther elsewhere. */
+TEST(tiles_are_asked_from_the_worst_on)
+{
+    static struct ask ask;
+    seed = test_seed();
+    for (int world = 0; world < 4; world++) {
+        struct ask_question q = {.kind = ASK_AROUND, .near_m = 0.5, .to_m = 9};
+        q.band = (struct ask_band){.attitude = {1, 0, 0, 0}, .lo_rad = -0.1, .hi_rad = 0.1, .parts = ASK_PARTS};
+        records = 0;
+        struct made *m = add(9.5, false);
+        for (int i = 0; i < COLUMNS; i++)
+            set_column(m, i, 0.1, between(2, 9));
+        turn_by(m, 2.5);
+        ask_begin(&ask, view, records, &q);
+        while (ask_step(&ask))
+            ;
+        for (int i = 1; i < ask.roots; i++)
+            CHECK(ask.root[i - 1].measure_m <= ask.root[i].measure_m);
+        CHECK(ask.roots > 20);
+        for (int level = 0; level < TILES_LEVELS - 1; level++) {
+            CHECK(ask.level[level].n > 1);
+            for (int i = 1; i < ask.level[level].n; i++)
+                CHECK(ask.level[level].part[i - 1].measure_m <= ask.level[level].part[i].measure_m);
+        }
+    }
+}
+
+/* As many stretches as fit into a millisecond, not a whole question. */
+TEST(a_step_ends_after_some_thousand_stretches)
+{
+    static struct ask ask;
+    static struct water_view many[ASK_RECORDS];
+    struct ask_question q = {.near_m = 0.5, .to_m = 9, .half_rad = 1e-3};
+    struct water_pieces out;
+    double v[3];
+    records = 0;
+    struct made *m = add(0.1, false);
+    for (int k = 0; k < COLUMNS; k += 2)
+        set_column(m, k, 50, 60);
+    view[0].at_m[0] = 3;
+    view[0].at_m[1] = -5;
+    for (int i = 0; i < ASK_RECORDS; i++)
+        many[i] = view[0];
+    geo_direction(geo_rad(90.2), geo_rad(0.2), q.axis);
+    memcpy(v, q.axis, sizeof v);
+    const struct tile_index tile = tiles_at(v, TILES_LEVELS - 1);
+    const struct water_tile cone = tiles_cone(&tile);
+    water_decide(&view[0], &cone, 0.5, 9, &out);
+    const int judged = ASK_RECORDS * (1 + out.judged); /* of the first probe: nothing of it is free */
+    int steps = 1;
+    ask_begin(&ask, many, ASK_RECORDS, &q);
+    while (ask_step(&ask))
+        steps++;
+    CHECK(steps > 50 && steps >= judged / (4096 + 1 + out.judged) && steps <= judged / 4096 + 1);
+}
+
+/* ---- against points ---- */
 
 static void draw_records(void)
 {
@@ -384,6 +650,17 @@ int main(void)
     RUN(a_question_of_yes_or_no_is_over_at_the_first_no);
     RUN(where_a_tile_begins_to_be_free_is_known);
     RUN(where_a_tile_ends_is_known_if_a_smaller_one_may_not);
+    RUN(a_question_of_yes_or_no_is_not_over_before_all_of_it_is_asked);
+    RUN(each_level_of_tiles_tells_more);
+    RUN(parts_of_a_tile_keep_all_that_is_open);
+    RUN(what_is_open_nearer_than_a_part_is_asked_does_not_count);
+    RUN(parts_of_a_tile_are_asked_as_far_as_they_lie_in_a_corridor);
+    RUN(a_record_is_asked_again_about_the_parts_of_a_tile);
+    RUN(many_pieces_that_are_open_are_one);
+    RUN(of_too_many_stretches_that_smaller_tiles_may_be_told_more_of_none_is_lost);
+    RUN(a_tile_ends_where_something_ends_it);
+    RUN(tiles_are_asked_from_the_worst_on);
+    RUN(a_step_ends_after_some_thousand_stretches);
     RUN(no_point_is_said_to_be_free_that_the_newest_record_denies);
     RUN(a_part_of_a_question_is_what_it_is_by_itself);
     return test_end();
