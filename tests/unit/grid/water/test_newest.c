@@ -354,31 +354,76 @@ TEST(parts_of_a_tile_are_asked_as_far_as_they_lie_in_a_corridor)
     CHECK(ask_free(view, records, &q).free_to_m < 6.5);
 }
 
+/* Half a degree wide, from 11.6 degrees on: a cone around 10.2 degrees holds it, but for its middle and its rim. Its
+ * upper part, from 1.3 degrees on, is nearer. */
+static struct made *add_pole(double upper_m, double lower_m)
+{
+    struct made *m = add(9.5, false);
+    m->r.image.columns = 3;
+    m->tan_az[1] = tan(geo_rad(11.6));
+    m->tan_az[2] = tan(geo_rad(12.1));
+    m->tan_az[3] = tan(geo_rad(60));
+    m->tan_el[0] = -0.5;
+    m->tan_el[1] = tan(geo_rad(1.3));
+    m->tan_el[2] = 0.5;
+    const uint16_t ends[ROWS] = {(uint16_t)lround(100 * lower_m), (uint16_t)lround(100 * upper_m)};
+    for (int row = 0; row < ROWS; row++)
+        m->cell[row * 3 + 1] =
+            (struct water_cell){.from = 10, .least = ends[row], .most = ends[row], .ends = ends[row]};
+    water_image_fill(&m->r.image, m->cell);
+    return m;
+}
+
+static struct ask_question around_pole(void)
+{
+    struct ask_question q = {.near_m = 0.5, .to_m = 9, .half_rad = geo_rad(2.2)};
+    geo_direction(geo_rad(10.2), geo_rad(2.5), q.axis);
+    return q;
+}
+
+/* Of tiles of 5 degrees that are to be divided the worst is not the first one of its row. */
+TEST(each_tile_that_is_to_be_divided_is)
+{
+    const struct ask_question q = around_pole();
+    double v[3];
+    records = 0;
+    add_pole(3, 5);
+    struct water_pieces out;
+    struct question_shape shape;
+    question_begin(&shape, &q);
+    for (size_t i = 0; question_probe(&shape, i, v); i++) {
+        const struct tile_index tile = tiles_at(v, TILES_LEVELS - 1);
+        const struct water_tile cone = tiles_cone(&tile);
+        water_decide(&view[0], &cone, 0.5, 9, &out);
+        CHECK(out.n == 1 && out.piece[0].says == WATER_FREE);
+    }
+    CHECK(ask_free(view, records, &q).free_to_m <= 3);
+    records = 0;
+    add_pole(5, 3);
+    CHECK(ask_free(view, records, &q).free_to_m <= 3);
+}
+
 /* Of many records the one that ends it comes at any place among others that lie elsewhere; of its tile only some does
  * it touch. */
 TEST(a_record_is_asked_again_about_the_parts_of_a_tile)
 {
     static struct water_view many[ASK_RECORDS];
     records = 0;
-    struct made *away = add(9, true), *ends = add(3, true), *free = add(9.5, false);
+    struct made *away = add(9, true), *ends = add_pole(3, 3), *free = add(9.5, false);
     away->r.axis[0][0] = away->r.axis[1][1] = -1; /* it looks back */
     away->r.t_ns = away->r.newest_ns = ends->r.t_ns = ends->r.newest_ns = free->r.t_ns;
-    for (int i = 0; i < COLUMNS; i++)
-        if (i != 12)
-            set_column(ends, i, 0.1, 0.1);
-    for (int row = 0; row < ROWS; row++)
-        for (int i = 0; i < COLUMNS; i++)
-            ends->cell[row * COLUMNS + i].ends = i == 12 ? 300 : WATER_NO_END;
+    for (int i = 0; i < 6; i++)
+        if (i % 3 != 1)
+            ends->cell[i] = (struct water_cell){.ends = WATER_NO_END};
     water_image_fill(&ends->r.image, ends->cell);
     const int n = 200;
     for (int at = 0; at < n - 1; at++) {
-        struct ask_question q = {.near_m = 0.5, .to_m = 9, .half_rad = 0.002};
+        struct ask_question q = around_pole();
         for (int i = 0; i < n - 1; i++)
             many[i] = view[i == at ? 1 : 0];
         many[n - 1] = view[2];
-        geo_direction(geo_rad(2.5), geo_rad(2.5), q.axis);
         CHECK(ask_free(many, n, &q).free_to_m <= 3);
-        geo_direction(geo_rad(7.5), geo_rad(2.5), q.axis);
+        q.half_rad = geo_rad(1.1);
         const struct ask_answer a = ask_free(many, n, &q);
         CHECK(a.free_to_m >= 9 && a.records == 1 && a.oldest == n - 1);
     }
@@ -655,6 +700,7 @@ int main(void)
     RUN(parts_of_a_tile_keep_all_that_is_open);
     RUN(what_is_open_nearer_than_a_part_is_asked_does_not_count);
     RUN(parts_of_a_tile_are_asked_as_far_as_they_lie_in_a_corridor);
+    RUN(each_tile_that_is_to_be_divided_is);
     RUN(a_record_is_asked_again_about_the_parts_of_a_tile);
     RUN(many_pieces_that_are_open_are_one);
     RUN(of_too_many_stretches_that_smaller_tiles_may_be_told_more_of_none_is_lost);
