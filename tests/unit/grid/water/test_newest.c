@@ -148,6 +148,22 @@ TEST(of_records_that_overlap_in_time_an_echo_of_either_counts)
         other->r.t_ns = kind == 3 ? 400 : other->r.newest_ns;
         CHECK_FREE(0, kind == 0 || kind == 3 ? 3 : 8);
     }
+    struct ask_question q = {.axis = {1}, .half_rad = 0.003, .near_m = 0.5, .to_m = 6};
+    records = 0; /* though all that is asked was free by then */
+    add(8, false)->r.t_ns = 500;
+    struct made *meanwhile = add(3, true);
+    meanwhile->r.sensor = 1;
+    meanwhile->r.newest_ns = meanwhile->r.t_ns = 700;
+    CHECK(ask_free(view, records, &q).free_to_m <= 3);
+    records = 0; /* what freed it is newer; what is older freed nothing of it */
+    add(8, false);
+    struct made *away = add(8, false);
+    away->r.axis[0][0] = away->r.axis[1][1] = -1;
+    away->r.t_ns = 500;
+    meanwhile = add(3, true);
+    meanwhile->r.sensor = 1;
+    meanwhile->r.newest_ns = meanwhile->r.t_ns = 700;
+    CHECK_FREE(0, 8);
     records = 0; /* all of it ends, nearer than is asked */
     add(8, false)->r.t_ns = 500;
     struct made *other = add(0.3, true);
@@ -523,9 +539,11 @@ TEST(tiles_are_asked_from_the_worst_on)
         for (int i = 0; i < COLUMNS; i++)
             set_column(m, i, 0.1, between(2, 9));
         turn_by(m, 2.5);
+        int steps = 1;
         ask_begin(&ask, view, records, &q);
         while (ask_step(&ask))
-            ;
+            steps++;
+        CHECK(steps > 4);
         for (int i = 1; i < ask.roots; i++)
             CHECK(ask.root[i - 1].measure_m <= ask.root[i].measure_m);
         CHECK(ask.roots > 20);
@@ -535,6 +553,118 @@ TEST(tiles_are_asked_from_the_worst_on)
                 CHECK(ask.level[level].part[i - 1].measure_m <= ask.level[level].part[i].measure_m);
         }
     }
+}
+
+/* Ended beside by what was received meanwhile: smaller tiles keep what was free. */
+TEST(parts_of_a_tile_that_is_contested_are_asked)
+{
+    struct ask_question q = {.near_m = 0.5, .to_m = 6, .half_rad = geo_rad(2)};
+    records = 0;
+    add(8, false)->r.t_ns = 500;
+    struct made *meanwhile = add(3, true);
+    meanwhile->r.sensor = 1;
+    meanwhile->r.newest_ns = meanwhile->r.t_ns = 700;
+    for (int i = 0; i < COLUMNS; i++)
+        if (i != 11) /* of -5 to 0 degrees */
+            set_column(meanwhile, i, 0, 0);
+    geo_direction(geo_rad(2.5), geo_rad(2.5), q.axis);
+    CHECK(ask_free(view, records, &q).free_to_m >= 6);
+    geo_direction(geo_rad(-2.5), geo_rad(2.5), q.axis);
+    CHECK(ask_free(view, records, &q).free_to_m <= 3);
+}
+
+/* What was received meanwhile ends it where it passes before that sensor, which says nothing of it farther on. */
+TEST(what_is_contested_ends_before_what_is_open)
+{
+    records = 0;
+    add(8, false)->r.t_ns = 500;
+    struct made *meanwhile = add(1.5, true);
+    meanwhile->r.sensor = 1;
+    meanwhile->r.newest_ns = meanwhile->r.t_ns = 700;
+    turn_by(meanwhile, 90); /* 3 m ahead and 1 m to the left, it looks to the right */
+    view[1].at_m[0] = 1;
+    view[1].at_m[1] = 3;
+    CHECK(free_at(0) <= 3 - sqrt(1.5 * 1.5 - 1));
+}
+
+/* A third of the way each is free by every second column of a record; too many stretches are open for the rest. */
+TEST(water_ends_where_too_many_stretches_are_open)
+{
+    enum { N = 20 };
+    records = 0;
+    for (int k = 0; k < 3; k++) {
+        struct made *m = add(50, false);
+        m->r.image.columns = N;
+        m->r.image.near_m = 0;
+        for (int i = 0; i <= N; i++)
+            m->tan_az[i] = tan(geo_rad(-60 + 40 * k + 2 * i));
+        for (int i = 0; i < ROWS * N; i++)
+            m->cell[i] =
+                (struct water_cell){.least = i % 2 ? 5000 : 0, .most = i % 2 ? 5000 : 0, .ends = WATER_NO_END};
+        water_image_fill(&m->r.image, m->cell);
+        view[k].at_m[0] = 3;
+        view[k].at_m[1] = -5;
+    }
+    turn_by(add(8.5, false), 90);
+    struct ask_question q = {.near_m = 0.5, .to_m = 9, .half_rad = 1e-4};
+    geo_direction(geo_rad(90.24), geo_rad(0.24), q.axis);
+    const double free_m = ask_free(view, records, &q).free_to_m;
+    CHECK(free_m > 5 && free_m <= 8.5);
+}
+
+/* Of 0.4 degrees, anywhere in a cone. */
+TEST(a_small_thing_is_found_wherever_it_stands)
+{
+    seed = test_seed();
+    for (int i = 0; i < 150; i++) {
+        const double az = between(2, 14), el = between(-4, 4);
+        struct ask_question q = {.near_m = 0.5, .to_m = 9, .half_rad = geo_rad(2)};
+        records = 0;
+        struct made *m = add(9.5, false);
+        m->r.image.columns = m->r.image.rows = 3;
+        memcpy(m->tan_az, (double[]){-1, tan(geo_rad(az)), tan(geo_rad(az + 0.4)), 1}, 4 * sizeof(double));
+        static double tan_el[4];
+        memcpy(tan_el, (double[]){-0.5, tan(geo_rad(el)), tan(geo_rad(el + 0.4)), 0.5}, sizeof tan_el);
+        m->r.image.tan_el = tan_el;
+        m->cell[4] = (struct water_cell){.from = 10, .least = 300, .most = 300, .ends = 300};
+        water_image_fill(&m->r.image, m->cell);
+        geo_direction(geo_rad(az + between(-1, 1)), geo_rad(el + between(-1, 1)), q.axis);
+        CHECK(ask_free(view, records, &q).free_to_m <= 3);
+    }
+}
+
+/* The world is turned so that it lies about straight down, or up. */
+TEST(the_lowest_and_the_highest_tiles_are_asked)
+{
+    for (int down = -1; down <= 1; down += 2) {
+        struct ask_question q = around_pole();
+        double from[3][3], to[3][3] = {{0, 0, down}, {1, 0, 0}, {0, down, 0}};
+        memcpy(from[0], q.axis, sizeof from[0]);
+        const double level = hypot(q.axis[0], q.axis[1]);
+        memcpy(from[1], (double[3]){-q.axis[1] / level, q.axis[0] / level, 0}, sizeof from[1]);
+        for (int i = 0; i < 3; i++)
+            from[2][i] = from[0][(i + 1) % 3] * from[1][(i + 2) % 3] - from[0][(i + 2) % 3] * from[1][(i + 1) % 3];
+        records = 0;
+        struct made *m = add_pole(3, 3);
+        for (int k = 0; k < 3; k++)
+            for (int i = 0; i < 3; i++)
+                m->r.axis[k][i] = to[0][i] * from[0][k] + to[1][i] * from[1][k] + to[2][i] * from[2][k];
+        memcpy(q.axis, to[0], sizeof q.axis);
+        CHECK(ask_free(view, records, &q).free_to_m <= 3);
+        q.half_rad = geo_rad(1.1);
+        CHECK(ask_free(view, records, &q).free_to_m >= 9);
+    }
+}
+
+/* No direction of what is around a body is asked before its tiles. */
+TEST(what_nobody_has_seen_is_not_free_around_a_body)
+{
+    const struct ask_question q = {
+        .kind = ASK_STAY, .to_m = 2, .body = {.up = {0, 0, -1}, .radius_m = 0.3, .half_height_m = 0.3}};
+    records = 0;
+    CHECK(ask_free(view, records, &q).free_to_m <= 0);
+    add(9, false);
+    CHECK(ask_free(view, records, &q).free_to_m <= 0);
 }
 
 /* As many stretches as fit into a millisecond, not a whole question. */
@@ -563,6 +693,15 @@ TEST(a_step_ends_after_some_thousand_stretches)
     ask_begin(&ask, many, ASK_RECORDS, &q);
     while (ask_step(&ask))
         steps++;
+    struct ask_question other = {.axis = {1}, .near_m = 0.5, .to_m = 9, .half_rad = 1e-3};
+    ask_begin(&ask, many, ASK_RECORDS, &q);
+    CHECK(ask_step(&ask)); /* it is left for another one */
+    records = 0;
+    add(7, false);
+    ask_begin(&ask, view, records, &other);
+    while (ask_step(&ask))
+        ;
+    CHECK(ask_end(&ask, 0).free_to_m > 6.9);
     CHECK(steps > 50 && steps >= judged / (4096 + 1 + out.judged) && steps <= judged / 4096 + 1);
 }
 
@@ -706,6 +845,12 @@ int main(void)
     RUN(of_too_many_stretches_that_smaller_tiles_may_be_told_more_of_none_is_lost);
     RUN(a_tile_ends_where_something_ends_it);
     RUN(tiles_are_asked_from_the_worst_on);
+    RUN(parts_of_a_tile_that_is_contested_are_asked);
+    RUN(what_is_contested_ends_before_what_is_open);
+    RUN(water_ends_where_too_many_stretches_are_open);
+    RUN(a_small_thing_is_found_wherever_it_stands);
+    RUN(the_lowest_and_the_highest_tiles_are_asked);
+    RUN(what_nobody_has_seen_is_not_free_around_a_body);
     RUN(a_step_ends_after_some_thousand_stretches);
     RUN(no_point_is_said_to_be_free_that_the_newest_record_denies);
     RUN(a_part_of_a_question_is_what_it_is_by_itself);
