@@ -548,6 +548,41 @@ TEST(a_body_goes_where_water_is_observed)
     CHECK(isinf(c->blocked_m) && c->reason == ANSWER_BEYOND && c->known_m <= 1 && c->known_m > 0.9);
 }
 
+/* Within what the body sweeps, on the side where the water ends, in the axes that it was asked in. */
+TEST(a_way_is_told_to_end_in_a_place_of_the_body)
+{
+    for (int ned = 0; ned < 2; ned++)
+        for (int side = -1; side <= 1; side += 2)
+            for (int up = 0; up < 3; up++) {
+                begin();
+                quat_from_rpy(0, 0, geo_rad(70), now.pose.attitude);
+                for (int i = 0; i < BEAMS && up == 2; i++)
+                    if (side * (double)beam[i].az_rad > 0)
+                        beam[i].free_to_m = 6; /* on that side */
+                send();
+                const double el = up == 2 ? 0 : geo_rad(9 * side),
+                             az = ned ? geo_rad(70) : 0; /* or out of the fan */
+                struct obstacles_query q = {.moves = true, .move = {.ned = ned, .most_m = 8, .near_m = 5}};
+                q.move.body = (struct corridor_body){0.4, 0.3, 0.1};
+                geo_direction(az, el, q.move.direction);
+                for (int i = 0; i < 3; i++) /* by a drift to the side and up it sweeps more */
+                    q.move.drift_m[i] = up == 0 ? 0 : (i == 2 ? -0.2 : i == 1 ? 0.3 * cos(az) : -0.3 * sin(az));
+                const struct verdict *v = give(&q);
+                const struct corridor *c = verdict_corridor(v);
+                const double *at = c->known_at, end_m = v->part[0].end_m;
+                const double right[3] = {-sin(az), cos(az), 0},
+                             above[3] = {-sin(el) * cos(az), -sin(el) * sin(az), -cos(el)};
+                const double wide_m = 0.5 + (up == 0 ? 0 : 0.3), high_m = 0.3 + 0.5 + (up == 0 ? 0 : 0.3);
+                CHECK(c->known_m < 8 && end_m >= c->known_m - 1e-9);
+                CHECK_NEAR(geo_length(at), 1, 0, 1e-9);
+                CHECK(geo_dot(at, q.move.direction) > 0);
+                CHECK(fabs(geo_dot(at, right)) * end_m <= wide_m + 1e-9);
+                CHECK(fabs(geo_dot(at, above)) * end_m <= high_m);
+                CHECK(side * geo_dot(at, up == 2 ? right : above) > 0);
+            }
+    quat_from_rpy(0, 0, 0, now.pose.attitude);
+}
+
 TEST(a_larger_body_goes_no_farther)
 {
     begin();
@@ -961,6 +996,7 @@ int main(void)
     RUN(near_holds_no_farther_than_to_what_may_have_come_into_any_of_it);
     RUN(near_holds_where_a_fan_off_the_middle_has_looked);
     RUN(a_body_goes_where_water_is_observed);
+    RUN(a_way_is_told_to_end_in_a_place_of_the_body);
     RUN(a_larger_body_goes_no_farther);
     RUN(near_is_no_leave_to_go_where_a_sonar_has_not_looked);
     RUN(near_holds_where_a_head_has_looked);
