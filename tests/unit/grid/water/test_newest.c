@@ -290,23 +290,6 @@ TEST(a_question_of_yes_or_no_is_not_over_before_all_of_it_is_asked)
     CHECK(ask_free(view, records, &q).free_to_m >= 9);
 }
 
-/* A cell of 5 degrees beside one that ends: the nearer to it, the smaller a tile has to be that does not touch it. */
-TEST(each_level_of_tiles_tells_more)
-{
-    const double beside_deg[TILES_LEVELS] = {7.5, 3.75, 1.9, 0.95, 0.47, 0.24};
-    records = 0;
-    struct made *m = add(9.5, false);
-    for (int row = 0; row < ROWS; row++)
-        m->cell[row * COLUMNS + 11] = (struct water_cell){.from = 10, .least = 300, .most = 300, .ends = 300};
-    water_image_fill(&m->r.image, m->cell);
-    for (int levels = 1; levels <= TILES_LEVELS; levels++)
-        for (int at = 0; at < TILES_LEVELS; at++) {
-            struct ask_question q = {.near_m = 0.5, .to_m = 9, .half_rad = 1e-4, .levels = levels};
-            geo_direction(geo_rad(beside_deg[at]), geo_rad(1), q.axis);
-            CHECK_INT(ask_free(view, records, &q).free_to_m > 3, at < levels);
-        }
-}
-
 /* The axes of the cells are turned by half of one, so that tiles of 5 degrees lie across two of them. */
 static void turn_by(struct made *m, double deg)
 {
@@ -321,6 +304,27 @@ static void set_column(struct made *m, int column, double from_m, double to_m)
         m->cell[row * COLUMNS + column] =
             (struct water_cell){.from = from, .least = to, .most = to, .ends = WATER_NO_END};
     water_image_fill(&m->r.image, m->cell);
+}
+
+/* A cell of 5 degrees beside one that ends: the nearer to it, the smaller a tile has to be that does not touch it. */
+TEST(each_level_of_tiles_tells_more)
+{
+    const double beside_deg[TILES_LEVELS] = {7.5, 3.75, 1.9, 0.95, 0.47, 0.24};
+    records = 0;
+    struct made *silent = add(9.5, false); /* says nothing of either */
+    for (int i = 0; i < COLUMNS; i++)
+        set_column(silent, i, 0, 0);
+    struct made *m = add(9.5, false);
+    add(9.5, false);
+    for (int row = 0; row < ROWS; row++)
+        m->cell[row * COLUMNS + 11] = (struct water_cell){.from = 10, .least = 300, .most = 300, .ends = 300};
+    water_image_fill(&m->r.image, m->cell);
+    for (int levels = 1; levels <= TILES_LEVELS; levels++)
+        for (int at = 0; at < TILES_LEVELS; at++) {
+            struct ask_question q = {.near_m = 0.5, .to_m = 9, .half_rad = 1e-4, .levels = levels};
+            geo_direction(geo_rad(beside_deg[at]), geo_rad(1), q.axis);
+            CHECK_INT(ask_free(view, records, &q).free_to_m > 3, at < levels);
+        }
 }
 
 /* Two stretches are open where a tile is divided; an older record frees one of them for its parts. */
@@ -371,7 +375,7 @@ TEST(parts_of_a_tile_are_asked_as_far_as_they_lie_in_a_corridor)
 }
 
 /* Half a degree wide, from 11.6 degrees on: a cone around 10.2 degrees holds it, but for its middle and its rim. Its
- * upper part, from 1.3 degrees on, is nearer. */
+ * upper part, from 2.2 degrees on, is nearer. */
 static struct made *add_pole(double upper_m, double lower_m)
 {
     struct made *m = add(9.5, false);
@@ -380,7 +384,7 @@ static struct made *add_pole(double upper_m, double lower_m)
     m->tan_az[2] = tan(geo_rad(12.1));
     m->tan_az[3] = tan(geo_rad(60));
     m->tan_el[0] = -0.5;
-    m->tan_el[1] = tan(geo_rad(1.3));
+    m->tan_el[1] = tan(geo_rad(2.2));
     m->tan_el[2] = 0.5;
     const uint16_t ends[ROWS] = {(uint16_t)lround(100 * lower_m), (uint16_t)lround(100 * upper_m)};
     for (int row = 0; row < ROWS; row++)
@@ -413,7 +417,12 @@ TEST(each_tile_that_is_to_be_divided_is)
         water_decide(&view[0], &cone, 0.5, 9, &out);
         CHECK(out.n == 1 && out.piece[0].says == WATER_FREE);
     }
-    CHECK(ask_free(view, records, &q).free_to_m <= 3);
+    static struct ask ask;
+    ask_begin(&ask, view, records, &q);
+    while (ask_step(&ask))
+        ;
+    CHECK(ask.roots == 3 && ask.root[0].tile.row == 18 && ask.root[2].tile.row == 17); /* they came from below */
+    CHECK(ask_end(&ask, 0).free_to_m <= 3);
     records = 0;
     add_pole(5, 3);
     CHECK(ask_free(view, records, &q).free_to_m <= 3);
