@@ -416,6 +416,35 @@ TEST(each_sector_is_told_of_its_own_water)
     }
 }
 
+/* Its water begins later than that of the others, so it is asked by itself: it is free as far as the others, or not. */
+TEST(a_sector_that_begins_late_is_asked_where_it_is)
+{
+    for (int around = 0; around < 2; around++)
+        for (int late = 0; late < 5; late++)
+            for (int ends = 0; ends < 2; ends++) {
+                begin();
+                for (int i = 0; i < BEAMS; i++)
+                    if (fabs(geo_deg(geo_wrap_pi((double)beam[i].az_rad - geo_rad(-36 + 18 * late)))) < 1.6) {
+                        beam[i].blind_m = 1.3f;
+                        beam[i].free_to_m = ends ? 3 : 10;
+                    }
+                send();
+                struct obstacles_query q = {
+                    .around = true, .band = {.lo_rad = -0.03, .hi_rad = 0.03, .reach_m = 5, .near_m = 1.5}};
+                q.band.from_rad = around ? 0 : -geo_rad(45);
+                q.band.width_rad = around ? 0 : geo_rad(90);
+                q.band.count = around ? 20 : 5;
+                const struct verdict *v = give(&q);
+                for (int k = 0; k < 5; k++) {
+                    const struct answer *a = verdict_of(v, (size_t)(around ? (k + 18) % 20 : k));
+                    const bool unknown = k == late && ends;
+                    CHECK_INT(a->state, unknown ? ANSWER_UNKNOWN : ANSWER_CLEAR);
+                    CHECK(k == late ? a->blind_to_m >= 1.3 && a->blind_to_m < 1.5 : a->blind_to_m < 1);
+                    CHECK(!unknown || (a->free_to_m <= 3 && a->free_to_m > 2.7));
+                }
+            }
+}
+
 /* As low as the cone reaches, however uncertain its axes are. */
 TEST(the_bottom_is_met_by_the_lowest_direction_of_a_cone)
 {
@@ -454,8 +483,8 @@ TEST(near_holds_no_farther_than_to_what_may_have_come_into_any_of_it)
             struct obstacles_query q = {
                 .line = {
                     .az_rad = geo_rad(az_deg), .distance_m = 2.5, .half_angle_rad = geo_rad(2.5), .near_m = 4}};
-            for (int up = 0; up < 2; up++) {
-                q.line.el_rad = geo_rad(up ? 50 : 0);
+            for (int up = 0; up < 3; up++) {
+                q.line.el_rad = geo_rad(40 * up);
                 const struct verdict *v = give(&q);
                 const double half = asin(sin(geo_rad(2.5)) / cos(q.line.el_rad)) + 30 * now.pose.heading_radps;
                 for (double off = -half; off <= half; off += half / 8) {
@@ -546,6 +575,25 @@ TEST(a_body_goes_where_water_is_observed)
     put(1, 0); /* too little to block */
     c = way(&small, 0, 8, 1.5);
     CHECK(isinf(c->blocked_m) && c->reason == ANSWER_BEYOND && c->known_m <= 1 && c->known_m > 0.9);
+}
+
+TEST(a_direction_is_one_however_long)
+{
+    begin();
+    for (int i = 0; i < BEAMS; i++)
+        beam[i].free_to_m = (float)(2 + i % 7);
+    send();
+    for (int k = -30; k <= 30; k += 5) {
+        struct obstacles_query q = {.moves = true, .move = {.body = small, .most_m = 6, .near_m = 1.5}};
+        double known_m[2];
+        for (int twice = 0; twice < 2; twice++) {
+            geo_direction(geo_rad(k), 0, q.move.direction);
+            for (int i = 0; i < 3; i++)
+                q.move.direction[i] *= 1 + twice;
+            known_m[twice] = verdict_corridor(give(&q))->known_m;
+        }
+        CHECK_NEAR(known_m[0], known_m[1], 0, 0.05);
+    }
 }
 
 /* Within what the body sweeps, on the side where the water ends, in the axes that it was asked in. */
@@ -992,10 +1040,12 @@ int main(void)
     RUN(what_was_shown_beside_may_have_come_ahead);
     RUN(a_question_is_asked_in_its_own_axes);
     RUN(each_sector_is_told_of_its_own_water);
+    RUN(a_sector_that_begins_late_is_asked_where_it_is);
     RUN(the_bottom_is_met_by_the_lowest_direction_of_a_cone);
     RUN(near_holds_no_farther_than_to_what_may_have_come_into_any_of_it);
     RUN(near_holds_where_a_fan_off_the_middle_has_looked);
     RUN(a_body_goes_where_water_is_observed);
+    RUN(a_direction_is_one_however_long);
     RUN(a_way_is_told_to_end_in_a_place_of_the_body);
     RUN(a_larger_body_goes_no_farther);
     RUN(near_is_no_leave_to_go_where_a_sonar_has_not_looked);
