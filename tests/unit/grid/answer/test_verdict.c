@@ -445,6 +445,49 @@ TEST(a_sector_that_begins_late_is_asked_where_it_is)
             }
 }
 
+/* One beam hears less far: of it, and of what was asked, is the direction in which the water ends. */
+TEST(the_water_ends_in_a_direction_that_was_asked)
+{
+    for (int turned = 0; turned < 2; turned++)
+        for (int i = 8; i < BEAMS - 8; i++) {
+            const double short_deg = (i - (BEAMS - 1) / 2.0) * 3, heading_deg = turned ? 70 : 0;
+            double asked[3], az, el;
+            begin();
+            quat_from_rpy(0, 0, geo_rad(heading_deg), now.pose.attitude);
+            beam[i].free_to_m = 3;
+            send();
+            for (int k = -1; k <= 1; k++) {
+                struct obstacles_query q = {.line = {.az_rad = geo_rad(short_deg + 3 * k),
+                                                     .el_rad = geo_rad(2 * k),
+                                                     .distance_m = 5,
+                                                     .half_angle_rad = geo_rad(2.5),
+                                                     .near_m = 1.5}};
+                const struct verdict_part *part = &give(&q)->part[0];
+                geo_direction(q.line.az_rad + geo_rad(heading_deg), q.line.el_rad, asked);
+                geo_angles(part->end_at, &az, &el);
+                CHECK_NEAR(geo_length(part->end_at), 1, 0, 1e-9);
+                CHECK(geo_dot(part->end_at, asked) >= cos(geo_rad(2.5)) - 1e-9);
+                CHECK(fabs(geo_wrap_pi(az - geo_rad(short_deg + heading_deg))) < geo_rad(2.5));
+                CHECK(part->end_m <= 3 && part->end_m > 2.7);
+                q = (struct obstacles_query){.around = true,
+                                             .band = {.lo_rad = 0.05 * k - 0.02,
+                                                      .hi_rad = 0.05 * k + 0.02,
+                                                      .from_rad = geo_rad(short_deg + 3 * k - 2.5),
+                                                      .width_rad = geo_rad(5),
+                                                      .reach_m = 5,
+                                                      .near_m = 1.5,
+                                                      .count = 1}};
+                part = &give(&q)->part[0];
+                geo_angles(part->end_at, &az, &el);
+                CHECK_NEAR(geo_length(part->end_at), 1, 0, 1e-9);
+                CHECK(el >= q.band.lo_rad - 1e-9 && el <= q.band.hi_rad + 1e-9);
+                CHECK(fabs(geo_wrap_pi(az - geo_rad(short_deg + 3 * k + heading_deg))) <= geo_rad(2.5) + 1e-9);
+                CHECK(fabs(geo_wrap_pi(az - geo_rad(short_deg + heading_deg))) < geo_rad(2.5));
+            }
+        }
+    quat_from_rpy(0, 0, 0, now.pose.attitude);
+}
+
 /* As low as the cone reaches, however uncertain its axes are. */
 TEST(the_bottom_is_met_by_the_lowest_direction_of_a_cone)
 {
@@ -1041,6 +1084,7 @@ int main(void)
     RUN(a_question_is_asked_in_its_own_axes);
     RUN(each_sector_is_told_of_its_own_water);
     RUN(a_sector_that_begins_late_is_asked_where_it_is);
+    RUN(the_water_ends_in_a_direction_that_was_asked);
     RUN(the_bottom_is_met_by_the_lowest_direction_of_a_cone);
     RUN(near_holds_no_farther_than_to_what_may_have_come_into_any_of_it);
     RUN(near_holds_where_a_fan_off_the_middle_has_looked);
