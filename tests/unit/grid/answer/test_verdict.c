@@ -522,6 +522,15 @@ TEST(near_holds_no_farther_than_to_what_may_have_come_into_any_of_it)
         put_post(40, 3, 4);
         now.pose.drift_mps = 0.5;
         now.pose.heading_radps = heading ? 0.004 : 0;
+        struct obstacles_query sectors = {
+            .around = true, .band = {.lo_rad = -0.03, .hi_rad = 0.03, .reach_m = 2.5, .near_m = 4, .count = 100}};
+        sectors.band.from_rad = geo_rad(-20);
+        sectors.band.width_rad = geo_rad(100);
+        const struct verdict *all = give(&sectors);
+        for (size_t n = 0; n < 100; n++) {
+            const double part = geo_wrap(geo_rad((double)n - 19.5)) / GEO_TURN * PROMISE_PARTS;
+            CHECK(all->part[n].promised_m <= fmax(all->horizon.promise.come_m[(int)part % PROMISE_PARTS], OWN_M));
+        }
         for (double az_deg = -60; az_deg < 100; az_deg += 0.7) {
             struct obstacles_query q = {
                 .line = {
