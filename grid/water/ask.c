@@ -430,7 +430,6 @@ double ask_begins_m(struct ask *a, const struct water_view *view, int n, const s
     const struct ask_tile *now = &a->pass.now;
     const struct water_tile cone = tiles_cone(tile);
     a->view = view;
-    a->n = n;
     begin_pass(a, &whole);
     for (; a->pass.record < n && !is_said(a, now, a->pass.record); a->pass.record++)
         pass_record(a, &cone, a->pass.record);

@@ -369,7 +369,7 @@ static struct water_piece judge(const struct deciding *k, const struct thick *s)
     const struct water_cell cell = water_image_of(&r->image, &t.part);
     const bool inside = is_inside(&t);
     const bool one = t.part.column[0] == t.part.column[1] && t.part.row[0] == t.part.row[1];
-    const double most_m = (cell.most + 1) * WATER_UNIT_M,
+    const double most_m = cell.most * WATER_UNIT_M,
                  ends_m = cell.ends == WATER_NO_END ? INFINITY : cell.ends * WATER_UNIT_M;
     if (is_free_in(k, s, &cell) && (inside || (begins_inside(k, &t) && goes_on(k, s)))) {
         piece.says = k->view->lost ? WATER_NOTHING : WATER_FREE;
@@ -380,7 +380,7 @@ static struct water_piece judge(const struct deciding *k, const struct thick *s)
         return piece;
     }
     const bool may_end = farthest_m > ends_m;
-    const bool may_free = s->close_m < fmin(most_m, keeps_m(k)) && (!inside || s->far_m > r->image.near_m);
+    const bool may_free = nearest_m < fmin(most_m, keeps_m(k)) && farthest_m > r->image.near_m;
     piece.says = may_end ? WATER_ENDED : WATER_NOTHING;
     piece.mixed = may_end || may_free;
     return piece;
@@ -394,9 +394,8 @@ static bool is_divided(const struct deciding *k, const struct thick *s, const st
     struct water_cell cell = {.least = UINT16_MAX, .ends = WATER_NO_END};
     if (all.any)
         cell = water_image_of(&k->view->record->image, &all.part);
-    const bool may_free = (is_inside(&all) || begins_inside(k, &all)) &&
-                          s->close_m <= (cell.least + 1) * WATER_UNIT_M &&
-                          s->far_m + s->along_m >= cell.from * WATER_UNIT_M;
+    const bool may_free = (is_inside(&all) || begins_inside(k, &all)) && s->close_m <= cell.least * WATER_UNIT_M &&
+                          s->far_m >= cell.from * WATER_UNIT_M;
     const bool all_end = cell.ends != WATER_NO_END && s->close_m > cell.ends * WATER_UNIT_M;
     return may_free || (whole->says == WATER_ENDED && !all_end);
 }

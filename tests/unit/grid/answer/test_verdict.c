@@ -3,6 +3,7 @@
  * test_verdict - what obstacles of a picture and records of free water are in the three words: clear is clear to every
  * shorter distance, `near` holds where a beam has looked, and each reason is told where it is the reason.
  */
+#include "grid/answer/bottom.h"
 #include "grid/answer/verdict.h"
 #include "grid/ping.h"
 #include "tests/lib/looks_rig.h"
@@ -66,14 +67,19 @@ static void put(double at_m, double logodds)
     put_behind(at_m, logodds, logodds > 0 ? 0 : at_m);
 }
 
-static const struct answer *end(const struct obstacles_query *q)
+static const struct verdict *give(const struct obstacles_query *q)
 {
     static struct verdict v;
     store_list(store, &list);
     const struct verdict_evidence evidence = {&picture, store, &list, &by, &now};
     for (bool more = verdict_begin(&v, &evidence, q, OWN_M); more;)
         more = verdict_step(&v);
-    return verdict_of(&v, 0);
+    return &v;
+}
+
+static const struct answer *end(const struct obstacles_query *q)
+{
+    return verdict_of(give(q), 0);
 }
 
 static const struct answer *cone(double to_m, double near_m)
@@ -108,6 +114,9 @@ TEST(clear_to_a_distance_is_clear_to_every_shorter_one)
             const struct answer *a = asks[i](to_m, 1.5);
             CHECK(a->state == (to_m < 9.7 ? ANSWER_CLEAR : ANSWER_UNKNOWN) || (to_m >= 9.7 && to_m < 10));
             CHECK(a->state == ANSWER_CLEAR || a->reason == ANSWER_BEYOND);
+            CHECK(a->state != ANSWER_CLEAR || fabs(a->confidence - (1 - a->age_s / 30)) < 1e-9);
+            CHECK_NEAR(a->age_s, 0.9, 0, 1e-6);
+            CHECK(a->range_m == 0);
         }
 }
 
@@ -176,9 +185,10 @@ TEST(blocked_is_an_obstacle_within_the_distance)
         const struct answer *a = asks[i](7, 1.5);
         CHECK(a->state == ANSWER_BLOCKED && a->range_m == 6 && a->age_s == 1 && a->confidence > 0.5);
         CHECK(a->free_to_m <= 6 && a->free_to_m > 5.9);
-        CHECK(asks[i](5.5, 1.5)->state == ANSWER_CLEAR);
+        a = asks[i](5.5, 1.5);
+        CHECK(a->state == ANSWER_CLEAR && a->range_m == (asks[i] == sector ? 6 : 0));
+        CHECK(asks[i] == sector || (a->free_to_m > 5.9 && a->free_to_m <= 6));
     }
-    CHECK(sector(5.5, 1.5)->range_m == 6);
     put(1, 0); /* nearer than `near`, where no record tells of it */
     for (size_t i = 0; i < sizeof asks / sizeof *asks; i++)
         CHECK(asks[i](5, 1.5)->state == ANSWER_UNKNOWN && asks[i](0.9, 1.5)->reason != ANSWER_BEYOND);
@@ -305,6 +315,243 @@ TEST(what_was_shown_beside_may_have_come_ahead)
     }
 }
 
+/* ---- axes, sectors and what they have to heed ---- */
+
+/* The vehicle heads for 70 degrees, and the fan is free ahead of it alone. */
+TEST(a_question_is_asked_in_its_own_axes)
+{
+    for (int ned = 0; ned < 2; ned++)
+        for (int az_deg = -140; az_deg <= 140; az_deg += 70) {
+            const bool free = az_deg == (ned ? 70 : 0);
+            begin();
+            quat_from_rpy(0, 0, geo_rad(70), now.pose.attitude);
+            send();
+            struct obstacles_query q = {.line = {.az_rad = geo_rad(az_deg),
+                                                 .ned = ned,
+                                                 .distance_m = 5,
+                                                 .half_angle_rad = geo_rad(2.5),
+                                                 .near_m = 1.5}};
+            CHECK_INT(end(&q)->state, free ? ANSWER_CLEAR : ANSWER_UNKNOWN);
+            q.line.corridor = true;
+            q.line.radius_m = 0.3;
+            CHECK_INT(end(&q)->state, free ? ANSWER_CLEAR : ANSWER_UNKNOWN);
+            for (size_t count = 1; count < 3; count++) {
+                q = (struct obstacles_query){.around = true,
+                                             .band = {.ned = ned,
+                                                      .lo_rad = -0.03,
+                                                      .hi_rad = 0.03,
+                                                      .from_rad = geo_rad(az_deg - 10),
+                                                      .width_rad = geo_rad(20),
+                                                      .reach_m = 5,
+                                                      .near_m = 1.5,
+                                                      .count = count}};
+                const struct verdict *v = give(&q);
+                for (size_t k = 0; k < count; k++)
+                    CHECK_INT(verdict_of(v, k)->state, free ? ANSWER_CLEAR : ANSWER_UNKNOWN);
+            }
+            for (int size = 1; size < 4; size++) {
+                q = (struct obstacles_query){
+                    .moves = true, .move = {.body = {0.2, 0.1, 0.1}, .ned = ned, .most_m = 5, .near_m = 1.5}};
+                geo_direction(geo_rad(az_deg), 0, q.move.direction);
+                for (int i = 0; i < 3; i++)
+                    q.move.direction[i] *= size;
+                const struct corridor *c = verdict_corridor(give(&q));
+                CHECK_INT(c->reason == ANSWER_HEARD, free);
+                CHECK(free ? c->known_m == 5 : c->known_m < 1.6);
+            }
+        }
+    quat_from_rpy(0, 0, 0, now.pose.attitude);
+}
+
+/* The middle beam of each sector hears nothing up to a range of its own. */
+static void send_sectors(size_t count, double first_deg, double step_deg)
+{
+    begin();
+    for (size_t k = 0; k < count; k++)
+        for (int i = 0; i < BEAMS; i++)
+            if (fabs(geo_deg(geo_wrap_pi((double)beam[i].az_rad - geo_rad(first_deg + (double)k * step_deg)))) <
+                1.6)
+                beam[i].free_to_m = (float)(3 + (double)k);
+    send();
+}
+
+TEST(each_sector_is_told_of_its_own_water)
+{
+    for (int low = 0; low < 2; low++) { /* with the bottom below, which they all meet */
+        struct obstacles_query q = {.around = true,
+                                    .band = {.lo_rad = low ? -geo_rad(10) : -0.03,
+                                             .hi_rad = 0.03,
+                                             .from_rad = -geo_rad(45),
+                                             .width_rad = geo_rad(90),
+                                             .reach_m = 9,
+                                             .near_m = 1.5,
+                                             .count = 5}};
+        send_sectors(5, -36, 18);
+        now.pose.altitude_m = 0.5;
+        now.pose.has |= low ? POSE_ALTITUDE : 0;
+        const struct bottom bottom = bottom_below(0.5, 0, 0);
+        for (int around = 0; around < 2; around++) {
+            const double bottom_m = low ? bottom_reach_m(&bottom, sin(geo_rad(10))) : INFINITY;
+            for (int alone = 0; alone < 2; alone++)
+                for (size_t k = 0; k < 5; k++) {
+                    struct obstacles_query one = q;
+                    const double middle_deg = around ? 18 * ((double)k - 2) : -36 + 18 * (double)k;
+                    size_t at = around ? (k + 18) % 20 : k;
+                    if (alone) {
+                        one.band.from_rad = geo_rad(middle_deg - 9);
+                        one.band.width_rad = geo_rad(18);
+                        one.band.count = 1;
+                        at = 0;
+                    }
+                    const struct answer *a = verdict_of(give(&one), at);
+                    CHECK(a->state == ANSWER_UNKNOWN);
+                    CHECK(a->free_to_m <= fmin(3 + (double)k, bottom_m) &&
+                          a->free_to_m > fmin(2.7 + (double)k, 0.9 * bottom_m));
+                    CHECK_INT(a->reason, bottom_m < 2.7 + (double)k ? ANSWER_BOTTOM : ANSWER_BEYOND);
+                }
+            q.band.from_rad = q.band.width_rad = 0; /* all around, the first one ahead */
+            q.band.count = 20;
+        }
+        now.pose.has &= ~(unsigned)POSE_ALTITUDE;
+    }
+}
+
+/* Its water begins later than that of the others, so it is asked by itself: it is free as far as the others, or not. */
+TEST(a_sector_that_begins_late_is_asked_where_it_is)
+{
+    for (int around = 0; around < 2; around++)
+        for (int late = 0; late < 5; late++)
+            for (int ends = 0; ends < 2; ends++) {
+                begin();
+                for (int i = 0; i < BEAMS; i++)
+                    if (fabs(geo_deg(geo_wrap_pi((double)beam[i].az_rad - geo_rad(-36 + 18 * late)))) < 1.6) {
+                        beam[i].blind_m = 1.3f;
+                        beam[i].free_to_m = ends ? 3 : 10;
+                    }
+                send();
+                struct obstacles_query q = {
+                    .around = true, .band = {.lo_rad = -0.03, .hi_rad = 0.03, .reach_m = 5, .near_m = 1.5}};
+                q.band.from_rad = around ? 0 : -geo_rad(45);
+                q.band.width_rad = around ? 0 : geo_rad(90);
+                q.band.count = around ? 20 : 5;
+                const struct verdict *v = give(&q);
+                for (int k = 0; k < 5; k++) {
+                    const struct answer *a = verdict_of(v, (size_t)(around ? (k + 18) % 20 : k));
+                    const bool unknown = k == late && ends;
+                    CHECK_INT(a->state, unknown ? ANSWER_UNKNOWN : ANSWER_CLEAR);
+                    CHECK(k == late ? a->blind_to_m >= 1.3 && a->blind_to_m < 1.5 : a->blind_to_m < 1);
+                    CHECK(!unknown || (a->free_to_m <= 3 && a->free_to_m > 2.7));
+                }
+            }
+}
+
+/* One beam hears less far: of it, and of what was asked, is the direction in which the water ends. */
+TEST(the_water_ends_in_a_direction_that_was_asked)
+{
+    for (int turned = 0; turned < 2; turned++)
+        for (int i = 8; i < BEAMS - 8; i++) {
+            const double short_deg = (i - (BEAMS - 1) / 2.0) * 3, heading_deg = turned ? 70 : 0;
+            double asked[3], az, el;
+            begin();
+            quat_from_rpy(0, 0, geo_rad(heading_deg), now.pose.attitude);
+            beam[i].free_to_m = 3;
+            send();
+            for (int k = -1; k <= 1; k++) {
+                struct obstacles_query q = {.line = {.az_rad = geo_rad(short_deg + 3 * k),
+                                                     .el_rad = geo_rad(2 * k),
+                                                     .distance_m = 5,
+                                                     .half_angle_rad = geo_rad(2.5),
+                                                     .near_m = 1.5}};
+                const struct verdict_part *part = &give(&q)->part[0];
+                geo_direction(q.line.az_rad + geo_rad(heading_deg), q.line.el_rad, asked);
+                geo_angles(part->end_at, &az, &el);
+                CHECK_NEAR(geo_length(part->end_at), 1, 0, 1e-9);
+                CHECK(geo_dot(part->end_at, asked) >= cos(geo_rad(2.5)) - 1e-9);
+                CHECK(fabs(geo_wrap_pi(az - geo_rad(short_deg + heading_deg))) < geo_rad(2.5));
+                CHECK(part->end_m <= 3 && part->end_m > 2.7);
+                q = (struct obstacles_query){.around = true,
+                                             .band = {.lo_rad = 0.05 * k - 0.02,
+                                                      .hi_rad = 0.05 * k + 0.02,
+                                                      .from_rad = geo_rad(short_deg + 3 * k - 2.5),
+                                                      .width_rad = geo_rad(5),
+                                                      .reach_m = 5,
+                                                      .near_m = 1.5,
+                                                      .count = 1}};
+                part = &give(&q)->part[0];
+                geo_angles(part->end_at, &az, &el);
+                CHECK_NEAR(geo_length(part->end_at), 1, 0, 1e-9);
+                CHECK(el >= q.band.lo_rad - 1e-9 && el <= q.band.hi_rad + 1e-9);
+                CHECK(fabs(geo_wrap_pi(az - geo_rad(short_deg + 3 * k + heading_deg))) <= geo_rad(2.5) + 1e-9);
+                CHECK(fabs(geo_wrap_pi(az - geo_rad(short_deg + heading_deg))) < geo_rad(2.5));
+            }
+        }
+    quat_from_rpy(0, 0, 0, now.pose.attitude);
+}
+
+/* As low as the cone reaches, however uncertain its axes are. */
+TEST(the_bottom_is_met_by_the_lowest_direction_of_a_cone)
+{
+    begin();
+    send();
+    now.pose.has |= POSE_ALTITUDE;
+    now.pose.altitude_m = 0.7;
+    const struct bottom bottom = bottom_below(0.7, 0, 0);
+    for (int turned = 0; turned < 2; turned++)
+        for (double down_deg = 1; down_deg < 6; down_deg += 0.0731) {
+            now.pose.uncertain_rad = turned ? geo_rad(2) : 0;
+            const struct obstacles_query q = {
+                .line = {
+                    .el_rad = -geo_rad(down_deg), .distance_m = 8, .half_angle_rad = geo_rad(2.5), .near_m = 1.5}};
+            const double bottom_m = bottom_reach_m(&bottom, sin(geo_rad(down_deg + 2.5 + 2 * turned)));
+            const struct answer *a = end(&q);
+            CHECK(a->state == ANSWER_UNKNOWN && a->reason == ANSWER_BOTTOM);
+            CHECK(a->free_to_m <= bottom_m && a->free_to_m > 0.85 * bottom_m);
+        }
+    now.pose.uncertain_rad = 0;
+    now.pose.has &= ~(unsigned)POSE_ALTITUDE;
+}
+
+/* What may have come to any direction that is asked, as uncertain as the heading is, ends what is promised. */
+TEST(near_holds_no_farther_than_to_what_may_have_come_into_any_of_it)
+{
+    int less = 0;
+    for (int heading = 0; heading < 2; heading++) {
+        begin();
+        looks_at(UINT64_MAX, 0, false);
+        turn(4, 0);
+        put_post(40, 3, 4);
+        now.pose.drift_mps = 0.5;
+        now.pose.heading_radps = heading ? 0.004 : 0;
+        struct obstacles_query sectors = {
+            .around = true, .band = {.lo_rad = -0.03, .hi_rad = 0.03, .reach_m = 2.5, .near_m = 4, .count = 100}};
+        sectors.band.from_rad = geo_rad(-20);
+        sectors.band.width_rad = geo_rad(100);
+        const struct verdict *all = give(&sectors);
+        for (size_t n = 0; n < 100; n++) {
+            const double part = geo_wrap(geo_rad((double)n - 19.5)) / GEO_TURN * PROMISE_PARTS;
+            CHECK(all->part[n].promised_m <= fmax(all->horizon.promise.come_m[(int)part % PROMISE_PARTS], OWN_M));
+        }
+        for (double az_deg = -60; az_deg < 100; az_deg += 0.7) {
+            struct obstacles_query q = {
+                .line = {
+                    .az_rad = geo_rad(az_deg), .distance_m = 2.5, .half_angle_rad = geo_rad(2.5), .near_m = 4}};
+            for (int up = 0; up < 3; up++) {
+                q.line.el_rad = geo_rad(40 * up);
+                const struct verdict *v = give(&q);
+                const double half = asin(sin(geo_rad(2.5)) / cos(q.line.el_rad)) + 30 * now.pose.heading_radps;
+                for (double off = -half; off <= half; off += half / 8) {
+                    const double part = geo_wrap(q.line.az_rad + off) / GEO_TURN * PROMISE_PARTS;
+                    const double come_m = v->horizon.promise.come_m[(int)part % PROMISE_PARTS];
+                    CHECK(v->part[0].promised_m <= fmax(come_m, OWN_M));
+                    less += come_m < 4;
+                }
+            }
+        }
+    }
+    now.pose.drift_mps = now.pose.heading_radps = 0;
+    CHECK(less > 1000);
+}
+
 /* Of a fan of 96 degrees off the middle: in which directions it looks depends on how far away that is. */
 TEST(near_holds_where_a_fan_off_the_middle_has_looked)
 {
@@ -380,6 +627,60 @@ TEST(a_body_goes_where_water_is_observed)
     put(1, 0); /* too little to block */
     c = way(&small, 0, 8, 1.5);
     CHECK(isinf(c->blocked_m) && c->reason == ANSWER_BEYOND && c->known_m <= 1 && c->known_m > 0.9);
+}
+
+TEST(a_direction_is_one_however_long)
+{
+    begin();
+    for (int i = 0; i < BEAMS; i++)
+        beam[i].free_to_m = (float)(2 + i % 7);
+    send();
+    for (int k = -30; k <= 30; k += 5) {
+        struct obstacles_query q = {.moves = true, .move = {.body = small, .most_m = 6, .near_m = 1.5}};
+        double known_m[2];
+        for (int twice = 0; twice < 2; twice++) {
+            geo_direction(geo_rad(k), 0, q.move.direction);
+            for (int i = 0; i < 3; i++)
+                q.move.direction[i] *= 1 + twice;
+            known_m[twice] = verdict_corridor(give(&q))->known_m;
+        }
+        CHECK_NEAR(known_m[0], known_m[1], 0, 0.05);
+    }
+}
+
+/* Within what the body sweeps, on the side where the water ends, in the axes that it was asked in. */
+TEST(a_way_is_told_to_end_in_a_place_of_the_body)
+{
+    for (int ned = 0; ned < 2; ned++)
+        for (int side = -1; side <= 1; side += 2)
+            for (int up = 0; up < 3; up++) {
+                begin();
+                quat_from_rpy(0, 0, geo_rad(70), now.pose.attitude);
+                for (int i = 0; i < BEAMS && up == 2; i++)
+                    if (side * (double)beam[i].az_rad > 0)
+                        beam[i].free_to_m = 6; /* on that side */
+                send();
+                const double el = up == 2 ? 0 : geo_rad(9 * side),
+                             az = ned ? geo_rad(70) : 0; /* or out of the fan */
+                struct obstacles_query q = {.moves = true, .move = {.ned = ned, .most_m = 8, .near_m = 5}};
+                q.move.body = (struct corridor_body){0.4, 0.3, 0.1};
+                geo_direction(az, el, q.move.direction);
+                for (int i = 0; i < 3; i++) /* by a drift to the side and up it sweeps more */
+                    q.move.drift_m[i] = up == 0 ? 0 : (i == 2 ? -0.2 : i == 1 ? 0.3 * cos(az) : -0.3 * sin(az));
+                const struct verdict *v = give(&q);
+                const struct corridor *c = verdict_corridor(v);
+                const double *at = c->known_at, end_m = v->part[0].end_m;
+                const double right[3] = {-sin(az), cos(az), 0},
+                             above[3] = {-sin(el) * cos(az), -sin(el) * sin(az), -cos(el)};
+                const double wide_m = 0.5 + (up == 0 ? 0 : 0.3), high_m = 0.3 + 0.5 + (up == 0 ? 0 : 0.3);
+                CHECK(c->known_m < 8 && end_m >= c->known_m - 1e-9);
+                CHECK_NEAR(geo_length(at), 1, 0, 1e-9);
+                CHECK(geo_dot(at, q.move.direction) > 0);
+                CHECK(fabs(geo_dot(at, right)) * end_m <= wide_m + 1e-9);
+                CHECK(fabs(geo_dot(at, above)) * end_m <= high_m);
+                CHECK(side * geo_dot(at, up == 2 ? right : above) > 0);
+            }
+    quat_from_rpy(0, 0, 0, now.pose.attitude);
 }
 
 TEST(a_larger_body_goes_no_farther)
@@ -789,8 +1090,16 @@ int main(void)
     RUN(an_echo_within_near_that_is_too_little_to_block_bars_the_water);
     RUN(each_reason_is_told);
     RUN(what_was_shown_beside_may_have_come_ahead);
+    RUN(a_question_is_asked_in_its_own_axes);
+    RUN(each_sector_is_told_of_its_own_water);
+    RUN(a_sector_that_begins_late_is_asked_where_it_is);
+    RUN(the_water_ends_in_a_direction_that_was_asked);
+    RUN(the_bottom_is_met_by_the_lowest_direction_of_a_cone);
+    RUN(near_holds_no_farther_than_to_what_may_have_come_into_any_of_it);
     RUN(near_holds_where_a_fan_off_the_middle_has_looked);
     RUN(a_body_goes_where_water_is_observed);
+    RUN(a_direction_is_one_however_long);
+    RUN(a_way_is_told_to_end_in_a_place_of_the_body);
     RUN(a_larger_body_goes_no_farther);
     RUN(near_is_no_leave_to_go_where_a_sonar_has_not_looked);
     RUN(near_holds_where_a_head_has_looked);

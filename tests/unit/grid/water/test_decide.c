@@ -97,6 +97,17 @@ static double ends_m(double az_deg, double el_deg, double half_deg)
         CHECK(got_m <= (at_m) + 1e-9 && got_m >= (at_m)-FINE_M);                                                  \
     } while (0)
 
+/* Of a stretch from 0 to end_m it is not free nearer to middle_m than off_m, and is so from not far beyond that on. */
+#define CHECK_GAP(middle_m, off_m, end_m)                                                                         \
+    do {                                                                                                          \
+        const double gap_m = (middle_m), half_m = (off_m);                                                        \
+        water_decide(&view, &tile, 0, end_m, &out);                                                               \
+        CHECK(out.piece[0].says == WATER_FREE && out.piece[out.n - 1].says == WATER_FREE);                        \
+        for (int i = 0; i < out.n; i++)                                                                           \
+            CHECK(out.piece[i].says != WATER_FREE || out.piece[i].to_m <= gap_m - half_m + 1e-9 ||                \
+                  out.piece[i].from_m >= gap_m + half_m - 1e-9);                                                  \
+    } while (0)
+
 /* At that angle beside a side of the image something of that size fits in from here on. */
 static double fits_from(double radius_m, double aside_deg)
 {
@@ -121,8 +132,22 @@ TEST(water_is_free_within_the_cell_and_its_ranges)
     CHECK(ends_m(0, 0, 0) == INFINITY);
     view.keeps_m = 3;
     CHECK_FREE(0, 0, 0.5, 3);
+    view.keeps_m = 0.8;
+    CHECK_FREE(0, 0, 0.5, 0.8);
     view.lost = true;
     CHECK(!is_free(0, 0, 0));
+}
+
+/* From anywhere to anywhere, if one multiple of the grid lies between them. */
+TEST(a_stretch_is_divided_at_the_first_multiple_of_the_grid_and_at_the_last)
+{
+    begin_one();
+    cells[0].least = cells[0].most = 501;
+    aim(0, 0, 0);
+    for (int last = 0; last < 2; last++) {
+        water_decide(&view, &tile, 4.99, last ? 5.011 : 5.02, &out);
+        CHECK(out.piece[0].says == WATER_FREE && out.piece[0].to_m == 5);
+    }
 }
 
 TEST(water_ends_where_it_may_touch_an_echo)
@@ -292,6 +317,113 @@ TEST(a_wide_tile_beside_the_sensor_loses_range)
     CHECK(free_in(0, 0, 1).to_m >= end_m - wide_m - 2 * WATER_GRID_M);
 }
 
+/* What may be above the sensor as well as beside it is nowhere, however high the image reaches. */
+TEST(water_that_may_have_drifted_over_the_sensor_is_not_free)
+{
+    const double c = cos(geo_rad(60)), s = sin(geo_rad(60));
+    for (int side = -1; side <= 1; side += 2) {
+        begin(1, 1, 20, 150);
+        cells[0].from = 0;
+        record.image.near_m = 0;
+        view.level_m = 0.5;
+        CHECK_FREE(0, side * 60, 0.5 * tan_el[1] / (c * tan_el[1] - s), 5);
+    }
+    begin_one(); /* nor what comes towards it, from there on where it may be beside or behind it */
+    cells[0].from = 0;
+    view.at_m[0] = 6;
+    view.level_m = 0.7;
+    CHECK_FREE(180, 0, 1, 5.3);
+}
+
+/* It passes half a metre before the sensor: nearer than that it is never. */
+TEST(a_way_is_free_where_it_passes_near_the_sensor)
+{
+    for (int side = -1; side <= 1; side += 2)
+        for (int up = -1; up <= 1; up += 2) {
+            begin(1, 1, 150, 120);
+            cells[0].from = 0;
+            record.image.near_m = 0;
+            memcpy(view.at_m, (double[3]){0.5, -1.1 * side, -0.1 * up}, sizeof view.at_m);
+            aim(90 * side, 0, 0);
+            water_decide(&view, &tile, 0, 2.5, &out);
+            CHECK(out.n == 1 && out.piece[0].says == WATER_FREE);
+            tan_el[0] = -0.15; /* half a metre away it is seen steeper than that */
+            tan_el[1] = 0.15;
+            CHECK_GAP(1.1, sqrt(0.1 * 0.1 / (0.15 * 0.15) - 0.25), 2.5);
+            tan_el[0] = -1;
+            tan_el[1] = 1;
+            cells[0].from = 60; /* or nearer */
+            CHECK_GAP(1.1, sqrt(0.6 * 0.6 - 0.1 * 0.1 - 0.25), 2.5);
+        }
+}
+
+/* It climbs: it is seen steepest behind where it is nearest. */
+TEST(a_way_that_climbs_is_as_high_as_where_it_is_highest)
+{
+    for (int side = -1; side <= 1; side += 2)
+        for (int up = -1; up <= 1; up += 2) {
+            begin(1, 1, 164, 90);
+            cells[0] = (struct water_cell){.least = 3000, .most = 3000, .ends = WATER_NO_END};
+            record.image.near_m = 0;
+            memcpy(view.at_m, (double[3]){1, -3 * side, 2 * up}, sizeof view.at_m);
+            aim(90 * side, 45 * up, 0);
+            tan_el[0] = up > 0 ? -1 : -1.3;
+            tan_el[1] = up > 0 ? 1.3 : 1;
+            /* (x - 2)^2 = 1.3^2 (1 + (x - 3)^2), x the level way */
+            const double middle = (6 * 1.69 - 4) / 2 / 0.69, off = sqrt(middle * middle - (16.9 - 4) / 0.69);
+            CHECK_GAP(middle * sqrt(2), off * sqrt(2), 9.8);
+        }
+}
+
+/* Nor does it count from where it is nearest in all, but from where it passes over the sensor or below it. */
+TEST(a_way_that_climbs_may_have_drifted_over_the_sensor)
+{
+    for (int up = -1; up <= 1; up += 2) {
+        begin(1, 1, 150, 160);
+        cells[0].from = 0;
+        record.image.near_m = 0;
+        view.level_m = 0.5;
+        memcpy(view.at_m, (double[3]){0.4, -1.1, 0.3 * up}, sizeof view.at_m);
+        aim(90, 45 * up, 0);
+        CHECK_GAP(1.1 * sqrt(2), 0.3 * sqrt(2), 3);
+    }
+}
+
+/* A stretch beside the sensor that no multiple of the grid divides; its nearest and its farthest point. */
+static void aim_beside(double beside_m, double at_m, double *from_m, double *to_m, double *nearest_m,
+                       double *farthest_m)
+{
+    begin(1, 1, 150, 150);
+    cells[0].from = 0;
+    record.image.near_m = 0;
+    cells[0].least = cells[0].most = 3000;
+    view.at_m[1] = beside_m;
+    aim(0, 0, 0);
+    tile.half_rad = 0.199;
+    *from_m = at_m;
+    *to_m = at_m + 0.01;
+    const double c = cos(0.199), s = sin(0.199);
+    *nearest_m = hypot(*from_m * c, beside_m - *from_m * s);
+    *farthest_m = hypot(*to_m * c, beside_m + *to_m * s);
+}
+
+/* By how much a wide tile may be nearer than its axis, or farther: all of it counts, and little more. */
+TEST(a_wide_tile_is_as_near_and_as_far_as_its_nearest_and_farthest_point)
+{
+    double from_m, to_m, nearest_m, farthest_m;
+    for (int kind = 0; kind < 4; kind++) {
+        const bool wide = kind / 2, more = kind % 2;
+        aim_beside(wide ? 20 : 2, wide ? 10.01 : 4.05, &from_m, &to_m, &nearest_m, &farthest_m);
+        cells[0].from = (uint16_t)ceil(100 * nearest_m - (more ? 3 : 0));
+        water_decide(&view, &tile, from_m, to_m, &out);
+        CHECK_INT(out.piece[0].says == WATER_FREE, more);
+        cells[0].from = 0;
+        cells[0].least = cells[0].most = (uint16_t)floor(100 * farthest_m + (more ? wide ? 40 : 6 : 0));
+        water_decide(&view, &tile, from_m, to_m, &out);
+        CHECK_INT(out.piece[0].says == WATER_FREE, more);
+    }
+}
+
 /* A way through the image in which every second column is free: too many pieces are none. */
 TEST(water_ends_where_there_are_too_many_pieces)
 {
@@ -304,16 +436,18 @@ TEST(water_ends_where_there_are_too_many_pieces)
     view.at_m[0] = 30;
     view.at_m[1] = -40;
     aim(90, 0, 0);
-    water_decide(&view, &tile, 0, 100, &out);
-    CHECK_INT(out.n, WATER_PIECES);
-    CHECK(out.piece[out.n - 1].says == WATER_ENDED && out.piece[out.n - 1].mixed);
-    CHECK(out.piece[out.n - 1].to_m < 90);
-    int free = 0;
-    for (int i = 0; i + 1 < out.n; i++) {
-        CHECK(out.piece[i].says != WATER_ENDED && out.piece[i].to_m == out.piece[i + 1].from_m);
-        free += out.piece[i].says == WATER_FREE;
+    for (double from_m = 0; from_m < 10; from_m = out.piece[1].from_m) { /* whatever the last of them says */
+        water_decide(&view, &tile, from_m, 100, &out);
+        CHECK_INT(out.n, WATER_PIECES);
+        CHECK(out.piece[out.n - 1].says == WATER_ENDED && out.piece[out.n - 1].mixed);
+        CHECK(out.piece[out.n - 1].to_m < 90);
+        int free = 0;
+        for (int i = 0; i + 1 < out.n; i++) {
+            CHECK(out.piece[i].says != WATER_ENDED && out.piece[i].to_m == out.piece[i + 1].from_m);
+            free += out.piece[i].says == WATER_FREE;
+        }
+        CHECK(free > WATER_PIECES / 5);
     }
-    CHECK(free > WATER_PIECES / 5);
 }
 
 /* ---- rows of a head that follow each other ---- */
@@ -363,6 +497,219 @@ TEST(water_is_free_in_rows_that_follow_each_other)
     }
 }
 
+/* As far as the image has it, to the grid's step: a long stretch is divided for them, too. */
+TEST(water_of_rows_that_follow_each_other_is_free_as_far_as_they_have_it)
+{
+    for (int side = -1; side <= 1; side += 2) {
+        begin_one();
+        record.sense = side;
+        follow(&later, &later_view, later_cells, side * 10);
+        view.next = &later_view;
+        const struct stretch s = free_in(side * 9.5, 0, 1.5);
+        CHECK(s.to_m <= 5 && s.to_m >= 5 - 2 * WATER_GRID_M);
+    }
+}
+
+/* What is above or below the first row slips past its beams, whatever the next ones hold. */
+TEST(a_row_holds_what_begins_in_it_from_below_to_above)
+{
+    static const double later_el[2] = {-1, 1};
+    for (int side = -1; side <= 1; side += 2) {
+        begin_one();
+        record.sense = 1;
+        follow(&later, &later_view, later_cells, 10);
+        later.image.tan_el = later_el;
+        view.next = &later_view;
+        CHECK(is_free(9.5, side * 7, 1.5) && !is_free(9.5, side * 9.5, 1.5));
+    }
+}
+
+/* The next row was sent from beside: as seen from there all of it lies where the head came from. What the row sees
+ * elsewhere takes nothing from it. */
+TEST(a_row_that_lies_beyond_takes_nothing)
+{
+    for (int side = -1; side <= 1; side += 2) {
+        begin_one();
+        record.sense = side;
+        follow(&later, &later_view, later_cells, side * 10);
+        later_cells[0].least = 0;
+        view.next = &later_view;
+        CHECK(!is_free(side * 9.5, 0, 1.5));
+        later_view.at_m[1] = -3 * side;
+        CHECK(is_free(side * 9.5, 0, 1.5));
+    }
+}
+
+/* The way leads past the next row's sensor and on behind it: there it has no bearing, and that row does not tell on
+ * which side it is. */
+TEST(what_a_row_has_no_bearing_of_does_not_go_on_in_it)
+{
+    const double past_m = 0.5 / sin(geo_rad(10.5));
+    for (int side = -1; side <= 1; side += 2) {
+        begin_one();
+        record.sense = side;
+        follow(&later, &later_view, later_cells, side * 110);
+        follow(&last, &last_view, last_cells, side * 10);
+        later_cells[0].from = 0;
+        view.next = &later_view;
+        later_view.next = &last_view;
+        later_view.at_m[0] = 0.5;
+        later_view.at_m[1] = -2 * side;
+        const struct stretch s = free_in(side * 9.5, 0, 1.5);
+        CHECK(past_m < 3 && s.to_m <= past_m && s.to_m > past_m - 0.5);
+    }
+}
+
+/* ---- what is told of smaller tiles, and what is asked of shorter stretches ---- */
+
+/* What all of the tile meets is told of its parts as well; what only some of it does is mixed. */
+TEST(what_smaller_tiles_may_be_told_otherwise_is_mixed)
+{
+    begin_one();
+    aim(0, 0, 1);
+    water_decide(&view, &tile, 0.1, 0.4, &out); /* nearer than anything is free */
+    CHECK(out.n == 1 && out.piece[0].says == WATER_NOTHING && !out.piece[0].mixed);
+    aim(10, 0, 1);
+    water_decide(&view, &tile, 6, 8, &out); /* farther than anything is */
+    CHECK(out.n == 1 && out.piece[0].says == WATER_NOTHING && !out.piece[0].mixed);
+    for (int side = -1; side <= 1; side += 2) {
+        begin_one();
+        view.at_m[1] = -3 * side; /* it comes into the image and leaves it again */
+        aim(side * 45, 0, 3);
+        water_decide(&view, &tile, 0.5, 12, &out);
+        CHECK_INT(out.n, 5);
+        for (int i = 0; i < out.n; i++) {
+            CHECK_INT(out.piece[i].mixed, i == 1 || i == 3);
+            CHECK(out.piece[i].says == (i == 2 ? WATER_FREE : WATER_NOTHING));
+        }
+    }
+    for (int up = 0; up < 2; up++) { /* only one of two cells ends it */
+        begin(up ? 1 : 2, up ? 2 : 1, 10, 10);
+        cells[0] = (struct water_cell){.from = 50, .least = 400, .most = 400, .ends = 400};
+        water_image_fill(&record.image, cells);
+        aim(0, 0, 1);
+        water_decide(&view, &tile, 4.2, 4.25, &out);
+        CHECK(out.piece[0].says == WATER_ENDED && out.piece[0].mixed);
+    }
+}
+
+/* Some of it is nearer than the echo, though the axis is not. */
+TEST(a_tile_of_which_some_is_before_an_echo_is_mixed)
+{
+    double from_m, to_m, nearest_m, farthest_m;
+    aim_beside(2, 4.05, &from_m, &to_m, &nearest_m, &farthest_m);
+    for (int more = 0; more < 2; more++) {
+        cells[0].ends = (uint16_t)(100 * nearest_m + (more ? 1 : -3));
+        cells[0].least = cells[0].most = cells[0].ends;
+        water_decide(&view, &tile, from_m, to_m, &out);
+        CHECK(out.piece[0].says == WATER_ENDED);
+        CHECK_INT(out.piece[0].mixed, more);
+    }
+}
+
+/* Towards the sensor it is nearer than the axis, on the other side farther: there a smaller tile may be free. */
+TEST(a_tile_of_which_one_side_may_be_free_is_mixed)
+{
+    double from_m, to_m, nearest_m, farthest_m;
+    for (int far = 0; far < 2; far++)
+        for (int more = 0; more < 2; more++) {
+            aim_beside(2, 4.05, &from_m, &to_m, &nearest_m, &farthest_m);
+            const uint16_t at = (uint16_t)(100 * (far ? farthest_m : nearest_m) + (more == far ? -6 : 6));
+            record.image.near_m = far ? at * WATER_UNIT_M : 0;
+            cells[0] = far ? (struct water_cell){.from = at, .least = 900, .most = 900, .ends = WATER_NO_END}
+                           : (struct water_cell){.least = at, .most = at, .ends = WATER_NO_END};
+            water_decide(&view, &tile, from_m, to_m, &out);
+            CHECK(out.piece[0].says == WATER_NOTHING);
+            CHECK_INT(out.piece[0].mixed, more);
+            aim(0, 0, 0);
+            geo_direction((far ? 1 : -1) * 0.185, 0, tile.v);
+            water_decide(&view, &tile, from_m, to_m, &out);
+            CHECK_INT(out.piece[0].says == WATER_FREE, more);
+        }
+}
+
+static int judged_in(double az_deg, double el_deg, double half_deg, double from_m, double to_m)
+{
+    aim(az_deg, el_deg, half_deg);
+    water_decide(&view, &tile, from_m, to_m, &out);
+    CHECK(out.n == 1 && out.piece[0].says != WATER_FREE);
+    return out.judged;
+}
+
+/* Where each part of a stretch is kept from being free by the same thing it is not divided. */
+TEST(a_stretch_of_which_no_part_can_be_free_is_judged_once)
+{
+    for (int side = -1; side <= 1; side += 2) {
+        begin_one(); /* each part reaches beyond the same side */
+        CHECK_INT(judged_in(side * 9.6, 0, 1.5, 2, 4), 1);
+        CHECK_INT(judged_in(0, side * 9.6, 1.5, 2, 4), 1);
+        double *const margins[] = {&view.margin_m, &record.spread_m[1], &view.lift_m, &record.spread_m[2]};
+        for (int i = 0; i < 4; i++) {
+            *margins[i] = 0.3;
+            CHECK_INT(judged_in(i < 2 ? side * 9 : 0, i < 2 ? 0 : side * 9, 0, 1, 1.5), 1);
+            *margins[i] = 1; /* the sensor is within what it may be, ... */
+            CHECK_INT(judged_in(0, 0, 0, 0.2, 0.8), 1);
+            *margins[i] = 0;
+        }
+        for (int up = 0; up < 2; up++) {
+            *(up ? &view.lift_rad : &view.margin_rad) = geo_rad(2);
+            CHECK_INT(judged_in(up ? 0 : side * 9, up ? side * 9 : 0, 0, 1, 1.5), 1);
+            view.lift_rad = view.margin_rad = 0;
+        }
+        view.margin_m = 0.5; /* ... or none of it before the sensor */
+        view.at_m[0] = -0.1;
+        view.at_m[1] = -side;
+        CHECK_INT(judged_in(side * 90, 0, 0, 1.7, 2.4), 1);
+        view.at_m[0] = -0.5;
+        CHECK_INT(judged_in(side * 45, 0, 0, 0.5, 0.6), 1);
+    }
+}
+
+/* ... nor where all of them touch a cell that is too near, too far or at its echo. */
+TEST(a_stretch_is_judged_once_where_all_of_it_touches_what_denies_it)
+{
+    begin(2, 1, 10, 20);
+    cells[1].least = cells[1].most = 900;
+    water_image_fill(&record.image, cells);
+    CHECK_INT(judged_in(0, 0, 1, 6, 8), 1);
+    begin(2, 1, 10, 20); /* though its sum is told farther */
+    cells[0].most = 900;
+    water_image_fill(&record.image, cells);
+    CHECK_INT(judged_in(-5, 0, 1, 6, 8), 1);
+    begin(2, 1, 10, 20);
+    record.image.near_m = 0;
+    cells[1].from = 0;
+    water_image_fill(&record.image, cells);
+    CHECK_INT(judged_in(0, 0, 1, 0.2, 0.4), 1);
+    begin(2, 1, 10, 20);
+    for (int i = 0; i < 2; i++)
+        cells[i].ends = cells[i].least = cells[i].most = 400;
+    water_image_fill(&record.image, cells);
+    CHECK_INT(judged_in(0, 0, 1, 5, 8), 1);
+    CHECK(out.piece[0].says == WATER_ENDED);
+}
+
+/* What comes into the image as it goes on, for a margin counts less and less: it is divided where the last of it is
+ * in. */
+TEST(a_stretch_is_divided_where_a_margin_leaves_room_for_its_end)
+{
+    const double free_m = 1 / sin(geo_rad(16.7 + 10.6));
+    for (int side = -1; side <= 1; side += 2)
+        for (int up = 0; up < 2; up++) {
+            begin_one();
+            double *ends = up ? tan_el : tan_az;
+            ends[side < 0] = tan(geo_rad(side * -60));
+            ends[side > 0] = tan(geo_rad(side * 10.6));
+            (up ? tan_az : tan_el)[0] = -1;
+            (up ? tan_az : tan_el)[1] = 1;
+            *(up ? &view.lift_m : &view.margin_m) = 1;
+            aim(up ? 0 : side * -16.7, up ? side * -16.7 : 0, 0);
+            water_decide(&view, &tile, 2, 2.24, &out);
+            const struct water_piece *piece = &out.piece[out.n - 1];
+            CHECK(piece->says == WATER_FREE && piece->from_m >= free_m && piece->from_m < free_m + FINE_M);
+        }
+}
+
 /* ---- what need not be asked ---- */
 
 static bool touches(double *from_m, double *to_m)
@@ -380,6 +727,14 @@ TEST(a_stretch_is_shortened_to_the_image)
     CHECK(touches(&from_m, &to_m) && from_m <= 0 && to_m >= 10);
     for (int side = -1; side <= 1; side += 2) {
         aim(side * 30, 0, 1);
+        CHECK(!touches(&from_m, &to_m) || to_m < 1e-4);
+    }
+    for (int side = -1; side <= 1; side += 2) { /* its sides need not be alike */
+        begin_one();
+        tan_az[side > 0] = side * tan(geo_rad(40));
+        aim(side * 30, 0, 1);
+        CHECK(touches(&from_m, &to_m) && from_m <= 0 && to_m >= 10);
+        aim(side * -30, 0, 1);
         CHECK(!touches(&from_m, &to_m) || to_m < 1e-4);
     }
     const double c = cos(geo_rad(10)), s = sin(geo_rad(10)), h = sqrt(0.5);
@@ -402,7 +757,11 @@ TEST(a_stretch_is_shortened_to_the_image)
         view.at_m[2] = 2; /* bearings may be turned up and down as well */
         CHECK(touches(&from_m, &to_m));
         CHECK_NEAR(from_m, (3 * c - 0.1 * sqrt(13)) / (h * (c + s) + 0.1), 0, 1e-5);
-        view.at_m[2] = 0;
+        view.at_m[0] = 4; /* the farther, the more */
+        CHECK(touches(&from_m, &to_m));
+        CHECK_NEAR(from_m, (3 * c - 4 * s - 0.1 * sqrt(29)) / (h * (c + s) + 0.1), 0, 1e-5);
+        CHECK_NEAR(to_m, (3 * c + 4 * s + 0.1 * sqrt(29)) / (h * (c - s) - 0.1), 0, 1e-5);
+        view.at_m[0] = view.at_m[2] = 0;
         view.margin_rad = 0;
         for (int kind = 0; kind < 2; kind++) {
             view.margin_m = kind ? 0 : 0.3;
@@ -412,6 +771,20 @@ TEST(a_stretch_is_shortened_to_the_image)
             CHECK_NEAR(to_m, (3 * c + 0.3) / (h * (c - s)), 0, 1e-5);
         }
     }
+}
+
+/* It comes no nearer to that side, nor farther from it. */
+TEST(a_way_along_a_side_of_the_image_is_in_it_or_not)
+{
+    double from_m, to_m;
+    for (int side = -1; side <= 1; side += 2)
+        for (int in = 0; in < 2; in++) {
+            begin_one();
+            view.at_m[1] = in ? -side : side;
+            aim(side * 10, 0, 0);
+            CHECK(touches(&from_m, &to_m) == in);
+            CHECK(!in || to_m >= 10);
+        }
 }
 
 TEST(an_image_covers_what_may_touch_it)
@@ -447,18 +820,34 @@ TEST(a_beam_shows_what_it_heard_on_the_way)
     CHECK(shows(0, 0, 49, 0) && !shows(0, 0, 51, 0)); /* a tenth of the way */
     record.lever_m = 0.5;
     CHECK(shows(0, 0, 54, 0) && !shows(0, 0, 56, 0));
-    record.lever_m = 0;
+    view.at_m[0] = 0.5; /* it is where it was */
+    cells[0].most = 25;
+    CHECK(shows(0, 0, 2, 0) && !shows(0, 0, 3, 0));
+    view.at_m[0] = 0;
     cells[0].most = 0; /* it is deaf, */
+    CHECK(!shows(0, 0, 2, 0));
+    record.lever_m = 0;
     CHECK(!shows(0, 0, 8, 0));
     cells[0].ends = 300; /* or has an echo */
     CHECK(shows(0, 0, 29, 0) && !shows(0, 0, 31, 0));
-    cells[0].most = 400;
+    cells[0].most = 400; /* another one beside it goes on */
+    CHECK(shows(0, 0, 39, 0) && !shows(0, 0, 41, 0));
     cells[0].ends = WATER_NO_END;
     view.at_m[0] = 2; /* from where the vehicle is now, 2 m of the way are new */
     CHECK(shows(0, 0, 2, 0) && shows(0, 0, 19, 0));
     view.at_m[0] = 2.1;
     CHECK(!shows(0, 0, 3, 0) && !shows(0, 0, 30, 0));
     CHECK(shows(0, 0, 1.8, 0));
+    begin_one();
+    CHECK(shows(0, 0, 0.3, 0));
+    begin(3, 3, 5, 5); /* only the beam that passes there */
+    for (int i = 0; i < 9; i++)
+        cells[i].most = i == 4 ? 500 : 0;
+    CHECK(shows(0, 0, 8, 0) && !shows(0, 5, 8, 0) && !shows(0, -5, 8, 0));
+    for (int side = -1; side <= 1; side += 2) { /* or near it */
+        CHECK(!shows(side * 5, 0, 8, 1) && shows(side * 5, 0, 8, 3));
+        CHECK(!shows(side * 5, 5, 8, 3) && !shows(side * 5, -5, 8, 3));
+    }
 }
 
 /* ---- all of it together, against points ---- */
@@ -638,6 +1027,46 @@ TEST(a_shorter_stretch_is_free_at_least_as_far)
     }
 }
 
+/* A tile within this one. */
+static struct water_tile draw_within(const struct water_tile *whole)
+{
+    struct water_tile one;
+    const double off = between(0, 1) * whole->half_rad, aside = tan(off);
+    double any[3];
+    for (int i = 0; i < 3; i++)
+        any[i] = between(-1, 1);
+    const double along = geo_dot(any, whole->v), size = sqrt(geo_dot(any, any) - along * along);
+    for (int i = 0; i < 3; i++)
+        one.v[i] = cos(off) * (whole->v[i] + aside * (any[i] - along * whole->v[i]) / size);
+    one.half_rad = between(0, 1) * (whole->half_rad - off);
+    return one;
+}
+
+/* Of what is not mixed smaller tiles are told the same; where the whole does not end, nor do they. */
+TEST(smaller_tiles_are_told_otherwise_only_where_it_is_mixed)
+{
+    int otherwise = 0, not_mixed = 0;
+    seed = test_seed();
+    for (int world = 0; world < 2000; world++) {
+        struct water_pieces all;
+        draw_world();
+        water_decide(&view, &tile, 0, 8, &all);
+        const struct water_tile one = draw_within(&tile);
+        for (int i = 0; i < all.n; i++) {
+            const struct water_piece *whole = &all.piece[i];
+            const double from_m = between(whole->from_m, whole->to_m), to_m = fmin(from_m + 0.05, whole->to_m);
+            water_decide(&view, &one, from_m, to_m, &out);
+            for (int k = 0; k < out.n; k++) {
+                CHECK(whole->mixed || out.piece[k].says == whole->says);
+                CHECK(whole->says == WATER_ENDED || out.piece[k].says != WATER_ENDED);
+                otherwise += out.piece[k].says != whole->says;
+                not_mixed += !whole->mixed;
+            }
+        }
+    }
+    CHECK(otherwise > 500 && not_mixed > 500);
+}
+
 /* The steps of the grid that are asked for by themselves: a stretch is divided wherever that tells more of it. */
 TEST(nothing_is_lost_by_asking_for_a_long_stretch)
 {
@@ -669,6 +1098,7 @@ TEST(nothing_is_lost_by_asking_for_a_long_stretch)
 int main(void)
 {
     RUN(water_is_free_within_the_cell_and_its_ranges);
+    RUN(a_stretch_is_divided_at_the_first_multiple_of_the_grid_and_at_the_last);
     RUN(water_ends_where_it_may_touch_an_echo);
     RUN(margins_of_place_make_free_water_smaller);
     RUN(margins_count_from_the_sensor_wherever_it_looks);
@@ -679,14 +1109,31 @@ int main(void)
     RUN(a_way_is_as_high_as_where_it_is_highest);
     RUN(a_record_lies_as_its_sensor_lay);
     RUN(a_wide_tile_beside_the_sensor_loses_range);
+    RUN(water_that_may_have_drifted_over_the_sensor_is_not_free);
+    RUN(a_way_is_free_where_it_passes_near_the_sensor);
+    RUN(a_way_that_climbs_is_as_high_as_where_it_is_highest);
+    RUN(a_way_that_climbs_may_have_drifted_over_the_sensor);
+    RUN(a_wide_tile_is_as_near_and_as_far_as_its_nearest_and_farthest_point);
     RUN(water_ends_where_there_are_too_many_pieces);
     RUN(water_is_free_in_rows_that_follow_each_other);
+    RUN(water_of_rows_that_follow_each_other_is_free_as_far_as_they_have_it);
+    RUN(a_row_holds_what_begins_in_it_from_below_to_above);
+    RUN(a_row_that_lies_beyond_takes_nothing);
+    RUN(what_a_row_has_no_bearing_of_does_not_go_on_in_it);
+    RUN(what_smaller_tiles_may_be_told_otherwise_is_mixed);
+    RUN(a_tile_of_which_some_is_before_an_echo_is_mixed);
+    RUN(a_tile_of_which_one_side_may_be_free_is_mixed);
+    RUN(a_stretch_of_which_no_part_can_be_free_is_judged_once);
+    RUN(a_stretch_is_judged_once_where_all_of_it_touches_what_denies_it);
+    RUN(a_stretch_is_divided_where_a_margin_leaves_room_for_its_end);
     RUN(a_stretch_is_shortened_to_the_image);
+    RUN(a_way_along_a_side_of_the_image_is_in_it_or_not);
     RUN(an_image_covers_what_may_touch_it);
     RUN(a_beam_shows_what_it_heard_on_the_way);
     RUN(no_point_of_a_tile_is_told_what_its_cell_denies);
     RUN(no_way_past_the_sensor_is_free_beyond_the_image);
     RUN(a_shorter_stretch_is_free_at_least_as_far);
+    RUN(smaller_tiles_are_told_otherwise_only_where_it_is_mixed);
     RUN(nothing_is_lost_by_asking_for_a_long_stretch);
     return test_end();
 }
