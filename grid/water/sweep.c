@@ -104,7 +104,8 @@ static bool joins(const struct sweep *s, const struct sweep_look *next)
            fabs(turn) < WIDEST_RAD && turn * s->sense >= 0;
 }
 
-/* Would they and one more be too many or too wide? What its image is cut by, seen from the middle beam, ends nothing. */
+/* Would they and one more be too many or too wide? What the image is cut by, as seen from the middle beam, ends
+ * nothing. */
 static bool is_full(const struct sweep *s, const struct sweep_look *next)
 {
     const struct water_record *first = &s->look[s->first].at, *middle = &s->look[(s->first + s->n) / 2].at;
