@@ -58,8 +58,8 @@ from page import HERE, markdown_table, number, read
 
 
 # What takes longest, begun first so that no processor waits for it at the end. Only the order depends on it.
-LONGEST = ("long", "pilot_drives", "extract_count", "sweep_errors", "voxel_settings", "voxel_errors", "drift_seeds", "stability", "sphere_count", "left_out_count", "plan_count",
-           "chain_count", "voxel_slices", "voxel_false", "sphere_errors", "chain_errors")
+LONGEST = ("long", "pilot_drives", "extract_count", "sweep_errors", "sphere_errors", "stock", "voxel_errors", "voxel_settings", "chain_errors",
+           "voxel_maps", "stability", "chain_count", "detection_shaft", "target_waters", "detection_roc")
 
 
 # Callgrind takes most of a quick run's time; one count is enough to try the machinery.

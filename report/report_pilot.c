@@ -15,7 +15,7 @@
 #include "tests/pilot/tally.h"
 
 #define SEED         20260101u
-#define DRIVES       12
+#define DRIVES       8
 #define QUICK_DRIVES 1
 #define LONG_DRIVES  1008
 #define QUICK_S      10.0 /* after which a drive that is shown ends */

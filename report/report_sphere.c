@@ -23,7 +23,7 @@
 
 #define SEEDS        8
 #define REPETITIONS  11
-#define QUESTIONS    400  /* after each turn */
+#define QUESTIONS    200  /* after each turn */
 #define CONE_DEG     2.0  /* half a question's */
 #define EDGE_M       0.15 /* a surface this near to the distance asked about is neither in the way nor out of it */
 #define COST_TURNS   2

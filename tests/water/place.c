@@ -121,10 +121,10 @@ struct span {
 static const struct span everywhere = {.r = {-INFINITY, INFINITY}};
 static const struct span nowhere = {.r = {INFINITY, -INFINITY}};
 
-/* Leaves of a span what has n p <= c. */
-static void cut(struct span *s, const double o[3], const double d[3], const double n[3], double c)
+/* Leaves of a span what has n p <= c: the ray goes towards the cut so fast, and begins so far below it. */
+static void cut_at(struct span *s, double towards, double height, const double n[3])
 {
-    const double towards = dot(n, d), height = c - dot(n, o), r = height / towards;
+    const double r = height / towards;
     const int end = towards > 0;
     if (towards == 0 ? height < 0 : false)
         *s = nowhere;
@@ -134,13 +134,20 @@ static void cut(struct span *s, const double o[3], const double d[3], const doub
     }
 }
 
+static void cut(struct span *s, const double o[3], const double d[3], const double n[3], double c)
+{
+    cut_at(s, dot(n, d), c - dot(n, o), n);
+}
+
+/* Most of a place is boxes, and most rays pass most of them. */
 static void cut_between(struct span *s, const double o[3], const double d[3], int axis, const double between[2])
 {
-    for (int end = 0; end < 2; end++) {
-        double n[3] = {0};
-        n[axis] = end ? 1 : -1;
-        cut(s, o, d, n, n[axis] * between[end]);
-    }
+    static const double normal[3][2][3] = {
+        {{-1, 0, 0}, {1, 0, 0}}, {{0, -1, 0}, {0, 1, 0}}, {{0, 0, -1}, {0, 0, 1}}};
+    if (s->r[0] >= s->r[1])
+        return;
+    cut_at(s, -d[axis], o[axis] - between[0], normal[axis][0]);
+    cut_at(s, d[axis], between[1] - o[axis], normal[axis][1]);
 }
 
 /* Within radius of a point (axis 0) or of a line through it (a unit axis). */
