@@ -363,6 +363,30 @@ TEST(a_question_is_asked_in_its_own_axes)
     quat_from_rpy(0, 0, 0, now.pose.attitude);
 }
 
+/* Picture and records are in the body's axes: whatever a pose has in the place of an attitude turns nothing, and an
+ * altitude says nothing of where the bottom is. */
+TEST(without_an_attitude_questions_are_asked_in_the_axes_of_the_body)
+{
+    begin();
+    start_with(rings_full(&rings, geo_rad(3)), false);
+    now.pose.has = 0;
+    send();
+    now.pose.has = POSE_ALTITUDE;
+    now.pose.altitude_m = 0.3;
+    quat_from_rpy(0, 0, geo_rad(120), now.pose.attitude);
+    for (size_t i = 0; i < sizeof asks / sizeof *asks; i++)
+        CHECK_INT(asks[i](5, 1.5)->state, ANSWER_CLEAR);
+    const struct obstacles_query one = {
+        .around = true,
+        .band = {.lo_rad = -0.03, .hi_rad = 0.03, .width_rad = 0.1, .reach_m = 5, .near_m = 1.5, .count = 1}};
+    CHECK_INT(end(&one)->state, ANSWER_CLEAR);
+    const struct obstacles_query move = {
+        .moves = true, .move = {.body = {0.2, 0.1, 0.1}, .direction = {1, 0, 0}, .most_m = 12, .near_m = 1.5}};
+    const struct corridor *c = verdict_corridor(give(&move));
+    CHECK(c->known_m > 9.5 && c->known_at[0] > 0.9);
+    CHECK_INT(c->reason, ANSWER_BEYOND);
+}
+
 /* The middle beam of each sector hears nothing up to a range of its own. */
 static void send_sectors(size_t count, double first_deg, double step_deg)
 {
@@ -1091,6 +1115,7 @@ int main(void)
     RUN(each_reason_is_told);
     RUN(what_was_shown_beside_may_have_come_ahead);
     RUN(a_question_is_asked_in_its_own_axes);
+    RUN(without_an_attitude_questions_are_asked_in_the_axes_of_the_body);
     RUN(each_sector_is_told_of_its_own_water);
     RUN(a_sector_that_begins_late_is_asked_where_it_is);
     RUN(the_water_ends_in_a_direction_that_was_asked);
