@@ -48,17 +48,25 @@ static void heed_bottom_in(struct verdict *v, const struct question_shape *q, co
     }
 }
 
-void verdict_heed_bottom(struct verdict *v, const struct question_shape *q)
+#define NO_NEAR_M 1e-3
+
+/* From the vehicle on: the bottom ends what is free where nobody needs to have looked, too. */
+void verdict_heed_bottom(struct verdict *v, const struct ask_question *asked)
 {
     const struct answer_now *now = v->by.now;
+    struct ask_question from_here = *asked;
+    struct question_shape q;
     if (!v->frame.ned || !(now->pose.has & POSE_ALTITUDE))
         return;
+    from_here.near_m = NO_NEAR_M;
+    from_here.level_m = NULL;
+    question_begin(&q, &from_here);
     const struct bottom bottom = bottom_below(now->pose.altitude_m, -v->place.uncertain_m, v->place.uncertain_m);
     for (uint32_t row = 0; row < TILES_ROWS; row++) {
-        uint32_t n, column = question_columns(q, row, &n);
+        uint32_t n, column = question_columns(&q, row, &n);
         for (; n > 0; n--, column++) {
             const struct tile_index root = {0, (uint16_t)row, (uint16_t)(column % tiles_columns(row))};
-            heed_bottom_in(v, q, &bottom, &root);
+            heed_bottom_in(v, &q, &bottom, &root);
         }
     }
 }

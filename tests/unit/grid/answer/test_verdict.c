@@ -535,6 +535,142 @@ TEST(the_bottom_is_met_by_the_lowest_direction_of_a_cone)
     now.pose.has &= ~(unsigned)POSE_ALTITUDE;
 }
 
+static uint64_t bottom_seed = 1;
+
+static double between(double lo, double hi)
+{
+    return lo + (hi - lo) * test_uniform(&bottom_seed);
+}
+
+/* A direction within so far of another one, as often at the rim as in the middle. */
+static void beside(const double v[3], double most_rad, double out[3])
+{
+    double any[3], aside[3];
+    geo_direction(between(0, GEO_TURN), between(-1, 1), any);
+    for (int i = 0; i < 3; i++)
+        aside[i] = any[(i + 1) % 3] * v[(i + 2) % 3] - any[(i + 2) % 3] * v[(i + 1) % 3];
+    const double size = geo_length(aside), off = most_rad * fmin(1, between(0, 2));
+    for (int i = 0; i < 3; i++)
+        out[i] = cos(off) * v[i] + (size > 0 ? sin(off) / size * aside[i] : 0);
+}
+
+/* From the body's axes into NED, turned by up to so far from what the attitude says. */
+static void turn_loosely(double most_rad, double v[3])
+{
+    double about[3];
+    geo_direction(between(0, GEO_TURN), asin(between(-1, 1)), about);
+    const double half = most_rad * fmin(1, between(0, 2)) / 2;
+    const double turn[4] = {cos(half), sin(half) * about[0], sin(half) * about[1], sin(half) * about[2]};
+    quat_rotate(now.pose.attitude, v, v);
+    quat_rotate(turn, v, v);
+}
+
+static bool is_below(const struct bottom *bottom, const double v[3])
+{
+    const double size = geo_length(v);
+    return size > 0 && size >= bottom_reach_m(bottom, v[2] / size);
+}
+
+/* A place in the question, in the body's axes, and how far the question is free at most if that is not. */
+static double place_in(const struct obstacles_query *q, const double axis_at[3], double front_m, double at[3])
+{
+    const double along_m = between(0, 8);
+    double any[3];
+    geo_direction(between(0, GEO_TURN), asin(between(-1, 1)), any);
+    if (q->around)
+        geo_direction(q->band.from_rad + q->band.width_rad * between(0, 1),
+                      fmax(q->band.lo_rad, between(q->band.lo_rad - 0.05, q->band.hi_rad)), at);
+    else if (q->moves) {
+        const struct corridor_body *body = &q->move.body;
+        const double turn = between(0, GEO_TURN), off_m = body->radius_m * sqrt(between(0, 1));
+        at[0] = off_m * cos(turn);
+        at[1] = off_m * sin(turn);
+        at[2] = body->half_height_m * between(-1, 1);
+        for (int i = 0; i < 3; i++)
+            at[i] += along_m * axis_at[i] + body->margin_m * any[i];
+        return front_m + along_m;
+    } else if (q->line.corridor) {
+        const double along = geo_dot(any, axis_at), off_m = q->line.radius_m * sqrt(between(0, 1));
+        const double size = sqrt(1 - along * along);
+        for (int i = 0; i < 3; i++)
+            at[i] = along_m * axis_at[i] + off_m / size * (any[i] - along * axis_at[i]);
+        return along_m;
+    } else
+        beside(axis_at, q->line.half_angle_rad, at);
+    for (int i = 0; i < 3; i++)
+        at[i] *= along_m;
+    return along_m;
+}
+
+/* Any direction that is asked, as far as the axes may be turned, may be the one that meets it. */
+TEST(no_question_goes_through_the_bottom)
+{
+    int met = 0;
+    begin();
+    now.pose.has |= POSE_ALTITUDE;
+    for (int k = 0; k < 160; k++) {
+        const double half = geo_rad(between(0.5, 6)), loose = k % 3 ? geo_rad(between(0, 3)) : 0;
+        const double az = between(-GEO_PI, GEO_PI), el = between(-0.7, 0.2), wide = geo_rad(between(1, 30));
+        const struct obstacles_query kinds[] = {
+            {.line = {.az_rad = az, .el_rad = el, .half_angle_rad = half, .distance_m = 8, .near_m = 1}},
+            {.line = {.az_rad = az,
+                      .el_rad = el,
+                      .corridor = true,
+                      .radius_m = between(0.1, 0.6),
+                      .distance_m = 8,
+                      .near_m = 1}},
+            {.around = true,
+             .band = {.lo_rad = el - half,
+                      .hi_rad = el + half,
+                      .from_rad = geo_wrap(az - wide / 2),
+                      .width_rad = wide,
+                      .reach_m = 8,
+                      .near_m = 1,
+                      .count = 1}},
+            {.moves = true, .move = {.body = {0.3, 0.2, 0.1}, .most_m = 9, .near_m = 1}}};
+        struct obstacles_query q = kinds[k % 4];
+        double axis_at[3], at[3], least_m = INFINITY;
+        geo_direction(az, el, axis_at);
+        memcpy(q.move.direction, axis_at, sizeof axis_at);
+        now.pose.uncertain_rad = loose;
+        now.pose.altitude_m = between(0.2, 2);
+        quat_from_rpy(between(-0.3, 0.3), between(-0.3, 0.3), between(-3, 3), now.pose.attitude);
+        const struct bottom bottom = bottom_below(now.pose.altitude_m, 0, 0);
+        const struct verdict *v = give(&q);
+        for (int i = 0; i < 2000; i++) {
+            const double free_m = place_in(&q, axis_at, v->corridor.front_m, at);
+            turn_loosely(loose, at);
+            if (is_below(&bottom, at))
+                least_m = fmin(least_m, free_m);
+        }
+        met += least_m < 8;
+        CHECK(least_m >= 8 || v->part[0].bottom_m <= least_m + 1e-9);
+    }
+    CHECK(met > 80);
+    now.pose.uncertain_rad = 0;
+    now.pose.has &= ~(unsigned)POSE_ALTITUDE;
+    quat_from_rpy(0, 0, 0, now.pose.attitude);
+}
+
+/* Also where that is nearer than `near`, from where on the water of a corridor is asked. */
+TEST(the_bottom_that_reaches_into_a_corridors_side_ends_it)
+{
+    struct obstacles_query q = {.line = {.corridor = true, .radius_m = 0.5, .distance_m = 5, .near_m = 1.5}};
+    begin();
+    ping.el_aperture_rad = (float)geo_rad(120);
+    send();
+    now.pose.has |= POSE_ALTITUDE;
+    for (int up_deg = 0; up_deg < 45; up_deg += 5)
+        for (int low = 0; low < 2; low++) {
+            now.pose.altitude_m = low ? 0.5 : 5;
+            q.line.el_rad = geo_rad(up_deg);
+            const struct answer *a = end(&q);
+            CHECK_INT(a->state, low ? ANSWER_UNKNOWN : ANSWER_CLEAR);
+            CHECK(!low || (a->reason == ANSWER_BOTTOM && a->free_to_m == 0));
+        }
+    now.pose.has &= ~(unsigned)POSE_ALTITUDE;
+}
+
 /* What may have come to any direction that is asked, as uncertain as the heading is, ends what is promised. */
 TEST(near_holds_no_farther_than_to_what_may_have_come_into_any_of_it)
 {
@@ -1120,6 +1256,8 @@ int main(void)
     RUN(a_sector_that_begins_late_is_asked_where_it_is);
     RUN(the_water_ends_in_a_direction_that_was_asked);
     RUN(the_bottom_is_met_by_the_lowest_direction_of_a_cone);
+    RUN(no_question_goes_through_the_bottom);
+    RUN(the_bottom_that_reaches_into_a_corridors_side_ends_it);
     RUN(near_holds_no_farther_than_to_what_may_have_come_into_any_of_it);
     RUN(near_holds_where_a_fan_off_the_middle_has_looked);
     RUN(a_body_goes_where_water_is_observed);
