@@ -22,7 +22,8 @@ static double most_bottom_m(const struct verdict *v, const struct question_run *
 }
 
 /* How far the parts that the tile touches are free of the bottom. Roots come from the lowest on, so most that are
- * higher can tell nothing nearer and are not divided. */
+ * higher can tell nothing nearer and are not divided. Any direction that is asked, however its axes are turned, lies in
+ * a tile that is: that tile's lowest direction is low enough. */
 static void heed_bottom_in(struct verdict *v, const struct question_shape *q, const struct bottom *bottom,
                            const struct tile_index *tile)
 {
@@ -31,7 +32,7 @@ static void heed_bottom_in(struct verdict *v, const struct question_shape *q, co
     struct ask_stretch s;
     if (!run.n || !question_stretch(q, &cone, verdict_most_asked_m(v), &s))
         return;
-    const double lowest = asin(fmax(-1, fmin(cone.v[2], 1))) + cone.half_rad + q->asked.loose_rad;
+    const double lowest = asin(fmax(-1, fmin(cone.v[2], 1))) + cone.half_rad;
     const double free_m = bottom_reach_m(bottom, sin(fmin(lowest, GEO_PI / 2)));
     const double least_m = question_measure(q, &cone, free_m);
     if (free_m >= s.to_m || least_m >= most_bottom_m(v, &run))

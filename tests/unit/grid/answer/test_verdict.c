@@ -602,8 +602,8 @@ static double place_in(const struct obstacles_query *q, const double axis_at[3],
     return along_m;
 }
 
-/* Any direction that is asked, as far as the axes may be turned, may be the one that meets it. */
-TEST(no_question_goes_through_the_bottom)
+/* Any direction that is asked, as far as the axes may be turned, may be the one that meets it; and no other one does. */
+TEST(no_question_goes_through_the_bottom_and_none_ends_above_it)
 {
     int met = 0;
     begin();
@@ -645,6 +645,11 @@ TEST(no_question_goes_through_the_bottom)
         }
         met += least_m < 8;
         CHECK(least_m >= 8 || v->part[0].bottom_m <= least_m + 1e-9);
+        if (k % 4 == 0) { /* half a degree: the last tile that touches it, and its middle */
+            quat_rotate(now.pose.attitude, axis_at, axis_at);
+            const double lowest = asin(axis_at[2]) + half + loose + geo_rad(0.5);
+            CHECK(v->part[0].bottom_m >= bottom_reach_m(&bottom, sin(fmin(lowest, GEO_PI / 2))));
+        }
     }
     CHECK(met > 80);
     now.pose.uncertain_rad = 0;
@@ -1256,7 +1261,7 @@ int main(void)
     RUN(a_sector_that_begins_late_is_asked_where_it_is);
     RUN(the_water_ends_in_a_direction_that_was_asked);
     RUN(the_bottom_is_met_by_the_lowest_direction_of_a_cone);
-    RUN(no_question_goes_through_the_bottom);
+    RUN(no_question_goes_through_the_bottom_and_none_ends_above_it);
     RUN(the_bottom_that_reaches_into_a_corridors_side_ends_it);
     RUN(near_holds_no_farther_than_to_what_may_have_come_into_any_of_it);
     RUN(near_holds_where_a_fan_off_the_middle_has_looked);
