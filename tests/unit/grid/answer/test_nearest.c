@@ -168,6 +168,52 @@ TEST(the_nearest_one_with_its_place_and_age)
     CHECK_INT(look(false, -5, 5, 4.5).state, ANSWER_BLOCKED);
 }
 
+/* Of a part with an obstacle, too: as far as that. */
+TEST(water_before_an_obstacle_that_was_not_observed_is_unknown)
+{
+    start(false);
+    for (int i = 0; i < BEAMS; i++) {
+        beam[i].free_to_m = 5;
+        beam[i].n = 1;
+    }
+    send(1, 1);
+    put(at(0, 0), 8, 1);
+    CHECK_INT(look_between(-2, 2, -5, 5, 0).state, ANSWER_BLOCKED);
+    CHECK_INT(look_between(-2, 2, -5, 5, 0).reason, ANSWER_BEYOND);
+    CHECK_NEAR(look_between(-2, 2, -5, 5, 0).unknown_share, 1, 1e-12, 0);
+    put(at(0, 0), 4.5, 1);
+    CHECK_NEAR(look_between(-2, 2, -5, 5, 0).unknown_share, 0, 1e-12, 0);
+    put(at(0, 0), 0.9, 1); /* beyond what is asked, which `near` promises */
+    CHECK_INT(look_between(-2, 2, -5, 5, 0.7).state, ANSWER_CLEAR);
+    CHECK_INT(look_between(-2, 2, -5, 5, 0.95).state, ANSWER_BLOCKED);
+}
+
+static void send_pitched(double up_deg, double high_deg)
+{
+    struct mount mount = mount_identity;
+    quat_from_rpy(0, geo_rad(up_deg), 0, mount.attitude);
+    ping.el_aperture_rad = (float)geo_rad(high_deg);
+    ping.sensor = up_deg > 0;
+    ping.seq++;
+    ping.pose = now.pose;
+    ping.pose.t_ns = ping.t_ns;
+    store_enter(store, &ping, &mount);
+}
+
+/* Two fans, one above the other, with a gap or none, wherever rows of parts begin. */
+TEST(a_gap_between_two_elevations_is_unknown)
+{
+    for (int lo_deg = -15; lo_deg < -9; lo_deg++)
+        for (int gap = 0; gap < 2; gap++) {
+            start(false);
+            send_pitched(4.5, 25); /* from -8 degrees on */
+            send_pitched(-16, gap ? 8 : 20);
+            const struct nearest n = look_between(-5, 5, lo_deg, lo_deg + 21, 5);
+            CHECK_INT(n.state, gap ? ANSWER_UNKNOWN : ANSWER_CLEAR);
+            CHECK(gap == (n.unknown_share > 0.2) && n.unknown_share < 0.9);
+        }
+}
+
 /* What a fan sees ahead; astern nothing was ever pinged. */
 TEST(between_two_bearings_only_what_is_there_counts)
 {
@@ -266,6 +312,8 @@ int main(void)
     RUN(the_share_is_of_all_that_is_asked);
     RUN(clear_is_clear_to_every_shorter_distance_and_in_less);
     RUN(the_nearest_one_with_its_place_and_age);
+    RUN(water_before_an_obstacle_that_was_not_observed_is_unknown);
+    RUN(a_gap_between_two_elevations_is_unknown);
     RUN(between_two_bearings_only_what_is_there_counts);
     RUN(angles_are_told_in_the_axes_asked_about);
     RUN(the_bottom_ends_what_is_known_below);
