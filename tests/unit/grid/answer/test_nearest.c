@@ -240,6 +240,17 @@ TEST(angles_are_told_in_the_axes_asked_about)
     quat_from_rpy(0, 0, geo_rad(60), now.pose.attitude);
     CHECK_NEAR(geo_deg(look(true, -90, 90, 0).az_rad), 100, 4, 0);
     CHECK_NEAR(geo_deg(look(false, -90, 90, 0).az_rad), 40, 4, 0);
+    struct picture_frame frame; /* of a grid that is not turned to the north */
+    picture_get_frame(&picture, &frame);
+    frame.axes_rad = geo_rad(50);
+    picture_begin(&picture);
+    picture_set_frame(&picture, &frame);
+    picture_set(&picture, at(100, 0), &(struct picture_entry){0});
+    picture_end(&picture);
+    put(at(100, 30), 4, 1);
+    CHECK_NEAR(geo_deg(look(true, -90, 90, 0).az_rad), 150, 4, 0);
+    CHECK_NEAR(geo_deg(look(true, -90, 90, 0).el_rad), 30, 4, 0);
+    CHECK_NEAR(geo_deg(look(false, -90, 90, 0).az_rad), 90, 4, 0);
     now.pose_fresh = false;
     CHECK_INT(look(true, -90, 90, 0).reason, ANSWER_POSE_LOST);
     CHECK_NEAR(look(true, -90, 90, 0).unknown_share, 1, 1e-12, 0);

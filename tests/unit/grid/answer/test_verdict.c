@@ -676,24 +676,36 @@ TEST(the_bottom_that_reaches_into_a_corridors_side_ends_it)
     now.pose.has &= ~(unsigned)POSE_ALTITUDE;
 }
 
+static void turn_axes(double axes_rad)
+{
+    struct picture_frame frame;
+    picture_get_frame(&picture, &frame);
+    frame.axes_rad = axes_rad;
+    picture_begin(&picture);
+    picture_set_frame(&picture, &frame);
+    picture_end(&picture);
+}
+
 /* What may have come to any direction that is asked, as uncertain as the heading is, ends what is promised. */
 TEST(near_holds_no_farther_than_to_what_may_have_come_into_any_of_it)
 {
     int less = 0;
-    for (int heading = 0; heading < 2; heading++) {
+    for (int heading = 0; heading < 3; heading++) {
+        const double axes_rad = heading == 2 ? 1.2 : 0; /* of a grid that is not turned to the north */
         begin();
         looks_at(UINT64_MAX, 0, false);
         turn(4, 0);
+        turn_axes(axes_rad);
         put_post(40, 3, 4);
         now.pose.drift_mps = 0.5;
-        now.pose.heading_radps = heading ? 0.004 : 0;
+        now.pose.heading_radps = heading == 1 ? 0.004 : 0;
         struct obstacles_query sectors = {
             .around = true, .band = {.lo_rad = -0.03, .hi_rad = 0.03, .reach_m = 2.5, .near_m = 4, .count = 100}};
         sectors.band.from_rad = geo_rad(-20);
         sectors.band.width_rad = geo_rad(100);
         const struct verdict *all = give(&sectors);
         for (size_t n = 0; n < 100; n++) {
-            const double part = geo_wrap(geo_rad((double)n - 19.5)) / GEO_TURN * PROMISE_PARTS;
+            const double part = geo_wrap(geo_rad((double)n - 19.5) - axes_rad) / GEO_TURN * PROMISE_PARTS;
             CHECK(all->part[n].promised_m <= fmax(all->horizon.promise.come_m[(int)part % PROMISE_PARTS], OWN_M));
         }
         for (double az_deg = -60; az_deg < 100; az_deg += 0.7) {
@@ -705,7 +717,7 @@ TEST(near_holds_no_farther_than_to_what_may_have_come_into_any_of_it)
                 const struct verdict *v = give(&q);
                 const double half = asin(sin(geo_rad(2.5)) / cos(q.line.el_rad)) + 30 * now.pose.heading_radps;
                 for (double off = -half; off <= half; off += half / 8) {
-                    const double part = geo_wrap(q.line.az_rad + off) / GEO_TURN * PROMISE_PARTS;
+                    const double part = geo_wrap(q.line.az_rad + off - axes_rad) / GEO_TURN * PROMISE_PARTS;
                     const double come_m = v->horizon.promise.come_m[(int)part % PROMISE_PARTS];
                     CHECK(v->part[0].promised_m <= fmax(come_m, OWN_M));
                     less += come_m < 4;
@@ -1124,6 +1136,117 @@ TEST(near_holds_where_a_head_has_looked_before_a_fan_filled_the_store)
     CHECK_NEAR(way(&small, 0, 1.8, 4)->known_m, 1.8, 0, 1e-9);
 }
 
+/* ---- why, and from where on ---- */
+
+/* A record of sonar 1: one beam ahead, free between the two ranges, so long ago. */
+static void send_other(double blind_m, double free_to_m, double age_s)
+{
+    const struct echoes fan = ping;
+    const struct beam_echoes first = beam[0];
+    ping.sensor = 1;
+    ping.n_beams = 1;
+    ping.t_ns = NOW - (uint64_t)(age_s * 1e9) - TICK;
+    ping.az_aperture_rad = (float)geo_rad(60);
+    beam[0] = (struct beam_echoes){.blind_m = (float)blind_m, .free_to_m = (float)free_to_m};
+    send();
+    beam[0] = first;
+    ping = fan;
+    ping.seq += 10;
+}
+
+static void send_fan(double blind_m, double free_to_m)
+{
+    for (int i = 0; i < BEAMS; i++) {
+        beam[i].blind_m = (float)blind_m;
+        beam[i].free_to_m = (float)free_to_m;
+        beam[i].n = free_to_m < 10;
+    }
+    send();
+}
+
+/* Water that begins a little beyond the distance is told, for that is what a larger `near` would need; none farther. */
+TEST(water_that_begins_late_is_told_up_to_near_beyond_the_distance)
+{
+    for (double blind_m = 1.7; blind_m < 6; blind_m += 0.4)
+        for (double to_m = 1; to_m < 4; to_m += 1)
+            for (size_t i = 0; i < sizeof asks / sizeof *asks; i++) {
+                begin();
+                send_fan(blind_m, 10);
+                const struct answer *a = asks[i](to_m, 1.5);
+                CHECK_INT(a->state, ANSWER_UNKNOWN);
+                if (asks[i] == corridor ? blind_m > to_m + 1.5 : fabs(blind_m - to_m - 1.5) > 0.4)
+                    CHECK((a->free_to_m > 0) == (blind_m < to_m + 1.5));
+                CHECK(a->free_to_m <= 0 || (a->blind_to_m >= blind_m && a->blind_to_m <= to_m + 1.5));
+                CHECK(a->free_to_m <= 0 || asks[i] == corridor || a->blind_to_m < 1.15 * blind_m + 0.1);
+            }
+}
+
+/* What ends nearer than the bottom is not ended by that. */
+TEST(the_nearest_end_is_the_reason)
+{
+    begin();
+    send_fan(0.75, 2);
+    now.pose.has |= POSE_ALTITUDE;
+    now.pose.altitude_m = 1.2; /* of a cone of 2.5 degrees from 4.9 m on */
+    for (size_t i = 0; i < sizeof asks / sizeof *asks; i++)
+        CHECK_INT(asks[i](8, 1.5)->reason, ANSWER_BEYOND);
+    begin();
+    send_fan(0.75, 10);
+    now.pose.has |= POSE_ALTITUDE;
+    for (size_t i = 0; i < sizeof asks / sizeof *asks; i++)
+        CHECK_INT(asks[i](8, 1.5)->reason, ANSWER_BOTTOM);
+    now.pose.has &= ~(unsigned)POSE_ALTITUDE;
+}
+
+/* By what the water would go on: the sonar's own state and time, and the way since its ping, with what is uncertain of
+ * that. */
+TEST(why_water_goes_on_no_more_is_told_of_the_record_that_has_it)
+{
+    static const struct {
+        double age_s, way_m, uncertain_m;
+        uint64_t lost;
+        enum answer_reason why;
+    } row[] = {{5, 0, 0, 1 << 1, ANSWER_SILENT}, {5, 0, 0, 1 << 2, ANSWER_HEARD}, {5, 0, 0, 0, ANSWER_HEARD},
+               {31, 0, 0, 0, ANSWER_STALE},      {5, 0.1, 0, 0, ANSWER_HEARD},    {5, 0.25, 0, 0, ANSWER_MOVED},
+               {5, 0.15, 0.1, 0, ANSWER_MOVED}};
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
+        begin();
+        now.pose.path_m = now.pose.position_m[0] = 100;
+        send_other(0.75, 10, row[i].age_s);
+        go_ahead(row[i].way_m);
+        now.pose.uncertain_m = row[i].uncertain_m;
+        by.move_limit_m = 0.2;
+        now.lost = row[i].lost;
+        const struct answer *a = cone(5, 1.5);
+        CHECK_INT(a->state, row[i].why == ANSWER_HEARD ? ANSWER_CLEAR : ANSWER_UNKNOWN);
+        CHECK_INT(a->reason, row[i].why);
+        CHECK_NEAR(a->age_s, row[i].age_s, 0, 1e-6);
+    }
+    now.lost = 0;
+}
+
+/* Of a body's way. Water that begins within four times `near` begins too late; what ends beyond `near` has ended. */
+TEST(a_body_is_told_of_water_that_begins_too_late)
+{
+    static const struct {
+        double blind_m, free_m, other_m; /* from where on another sonar has more; 0: none does */
+        uint64_t lost;
+        enum answer_reason why;
+    } row[] = {{0.75, 1, 0, 0, ANSWER_BEYOND}, {0.75, 3, 4, 0, ANSWER_BEYOND}, {1.8, 10, 0, 0, ANSWER_BLIND},
+               {5, 10, 0, 0, ANSWER_BLIND},    {7, 10, 0, 0, ANSWER_BEYOND},   {0.75, 10, 2, 1, ANSWER_SILENT}};
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
+        begin();
+        if (row[i].other_m > 0)
+            send_other(row[i].other_m, 10, 2);
+        send_fan(row[i].blind_m, row[i].free_m);
+        now.lost = row[i].lost;
+        const struct corridor *c = way(&small, 0, 9, 1.5);
+        CHECK(c->known_m < 3.1);
+        CHECK_INT(c->reason, row[i].why);
+    }
+    now.lost = 0;
+}
+
 /* A head of long steps leaves gaps between its own beams; those of another one are lost pings all the same. */
 TEST(near_covers_no_lost_ping_of_a_head_beside_a_coarser_one)
 {
@@ -1278,6 +1401,10 @@ int main(void)
     RUN(near_holds_for_a_head_that_goes_to_and_fro);
     RUN(near_holds_for_as_long_as_a_head_takes_to_turn);
     RUN(near_holds_where_a_head_has_looked_before_a_fan_filled_the_store);
+    RUN(water_that_begins_late_is_told_up_to_near_beyond_the_distance);
+    RUN(the_nearest_end_is_the_reason);
+    RUN(why_water_goes_on_no_more_is_told_of_the_record_that_has_it);
+    RUN(a_body_is_told_of_water_that_begins_too_late);
     RUN(near_covers_no_lost_ping_of_a_head_beside_a_coarser_one);
     RUN(near_covers_no_water_that_a_turn_brings_into_a_still_beam);
     RUN(near_holds_less_the_drift_for_who_has_sunk);
