@@ -155,8 +155,8 @@ TEST(the_nearest_one_with_its_place_and_age)
     CHECK_INT(n.state, ANSWER_BLOCKED);
     CHECK_NEAR(n.range_m, 2.6, 1e-6, 0);
     CHECK_NEAR(n.age_s, 7, 1e-6, 0);
-    CHECK_NEAR(geo_deg(n.az_rad), 200, 4, 0);
-    CHECK_NEAR(geo_deg(n.el_rad), 40, 4, 0);
+    CHECK_NEAR(geo_deg(n.az_rad), 200, 0, 4);
+    CHECK_NEAR(geo_deg(n.el_rad), 40, 0, 4);
     CHECK(n.confidence > 0.9 && n.confidence < 1);
     CHECK_NEAR(n.range_sd_m, 0.05, 1e-6, 0);
     CHECK(n.unknown_share > 0.7);
@@ -238,8 +238,8 @@ TEST(angles_are_told_in_the_axes_asked_about)
     start(true);
     put(at(100, 0), 4, 1);
     quat_from_rpy(0, 0, geo_rad(60), now.pose.attitude);
-    CHECK_NEAR(geo_deg(look(true, -90, 90, 0).az_rad), 100, 4, 0);
-    CHECK_NEAR(geo_deg(look(false, -90, 90, 0).az_rad), 40, 4, 0);
+    CHECK_NEAR(geo_deg(look(true, -90, 90, 0).az_rad), 100, 0, 4);
+    CHECK_NEAR(geo_deg(look(false, -90, 90, 0).az_rad), 40, 0, 4);
     struct picture_frame frame; /* of a grid that is not turned to the north */
     picture_get_frame(&picture, &frame);
     frame.axes_rad = geo_rad(50);
@@ -248,9 +248,9 @@ TEST(angles_are_told_in_the_axes_asked_about)
     picture_set(&picture, at(100, 0), &(struct picture_entry){0});
     picture_end(&picture);
     put(at(100, 30), 4, 1);
-    CHECK_NEAR(geo_deg(look(true, -90, 90, 0).az_rad), 150, 4, 0);
-    CHECK_NEAR(geo_deg(look(true, -90, 90, 0).el_rad), 30, 4, 0);
-    CHECK_NEAR(geo_deg(look(false, -90, 90, 0).az_rad), 90, 4, 0);
+    CHECK_NEAR(geo_deg(look(true, -90, 90, 0).az_rad), 150, 0, 4);
+    CHECK_NEAR(geo_deg(look(true, -90, 90, 0).el_rad), 30, 0, 4);
+    CHECK_NEAR(geo_deg(look(false, -90, 90, 0).az_rad), 90, 0, 4);
     now.pose_fresh = false;
     CHECK_INT(look(true, -90, 90, 0).reason, ANSWER_POSE_LOST);
     CHECK_NEAR(look(true, -90, 90, 0).unknown_share, 1, 1e-12, 0);
