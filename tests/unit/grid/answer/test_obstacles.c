@@ -186,17 +186,6 @@ static void to_where_it_was_seen(const struct doubt *d, bool ned, double v[3])
     quat_rotate(d->drifted, v, v);
 }
 
-static void from_where_it_was_seen(const struct doubt *d, bool ned, double v[3])
-{
-    quat_rotate_inverse(d->drifted, v, v);
-    for (int i = 0; i < 3; i++)
-        v[i] -= d->offset_m[i];
-    if (!ned) {
-        quat_rotate_inverse(d->turned, v, v);
-        quat_rotate_inverse(d->attitude, v, v);
-    }
-}
-
 /* Somewhere in the question as seen from the vehicle, often in its wall. */
 static void somewhere_in(const struct answer_query *q, double v[3])
 {
@@ -255,33 +244,9 @@ TEST(nothing_in_a_cone_or_corridor_is_passed_over)
     }
 }
 
-/* Is it in sector k? */
-static bool is_in(const struct answer_band *band, size_t k, const double v[3])
-{
-    const double wide = (band->width_rad > 0 ? band->width_rad : GEO_TURN) / (double)band->count;
-    const double middle = band->width_rad > 0 ? band->from_rad + ((double)k + 0.5) * wide : (double)k * wide;
-    double az, el;
-    geo_angles(v, &az, &el);
-    return el > band->lo_rad && el < band->hi_rad && fabs(geo_wrap_pi(az - middle)) < wide / 2;
-}
-
-/* To the middle of its cell. */
-static void to_middle(double v[3])
-{
-    const double far_m = geo_length(v);
-    double az, el;
-    geo_angles(v, &az, &el);
-    rings_centre(&rings, rings_index(&rings, az, el), &az, &el);
-    geo_direction(az, el, v);
-    for (int n = 0; n < 3; n++)
-        v[n] *= far_m;
-}
-
-/* Of sectors, all around or not, the one that it lies in; where their axes are not the grid's that its cell's middle
- * lies in. */
+/* Of sectors, all around or not, the one that it lies in. */
 TEST(nothing_in_a_sector_is_passed_over)
 {
-    int tried[2] = {0, 0};
     random_state = test_seed();
     for (int i = 0; i < 4000 && !test_case_failed; i++) {
         const double lo = between(-1.4, 1.2), hi = between(lo, 1.5), wide = one_in(2) ? 0 : between(0.1, 6);
@@ -311,21 +276,11 @@ TEST(nothing_in_a_sector_is_passed_over)
             v[n] *= far_m;
         CHECK(rings_full(&rings, geo_rad(between(3, 15))));
         to_where_it_was_seen(&d, q.band.ned, v);
-        if (!q.band.ned) {
-            double middle[3];
-            to_middle(v);
-            memcpy(middle, v, sizeof middle);
-            from_where_it_was_seen(&d, false, middle);
-            if (!is_in(&q.band, k, middle) || geo_length(middle) > q.band.reach_m)
-                continue;
-        }
-        tried[q.band.ned]++;
         put_one_thing(v, weak);
         take_doubt(&d);
         find_obstacles(&picture, &limits, &now, &q, found);
         CHECK(weak ? found[k].hint_m < INFINITY : found[k].any);
     }
-    CHECK(tried[0] > 500 && tried[1] > 1000);
 }
 
 int main(void)
