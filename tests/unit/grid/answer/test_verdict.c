@@ -602,7 +602,7 @@ static double place_in(const struct obstacles_query *q, const double axis_at[3],
     return along_m;
 }
 
-/* Any direction that is asked, as far as the axes may be turned, may be the one that meets it; and no other one does. */
+/* Any direction that is asked, as far as the axes may be turned, may be the one that meets it; no other one does. */
 TEST(no_question_goes_through_the_bottom_and_none_ends_above_it)
 {
     int met = 0;
