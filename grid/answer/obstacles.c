@@ -158,6 +158,35 @@ static struct axes axes_of(const struct obstacles_scene *scene, const struct ans
     return a;
 }
 
+/* No corner of a cell of the ring lies so far to the side of its middle, ... */
+static double half_arc(const struct rings *rings, uint32_t ring)
+{
+    return rings_width(rings, ring) / 2 * fmin(1, rings->cos_el[ring] + rings->height_rad / 2);
+}
+
+/* ... nor so far from it. */
+static double reach_of(const struct rings *rings, uint32_t ring)
+{
+    return hypot(half_arc(rings, ring), rings->height_rad / 2);
+}
+
+/* In tilted axes a cell is turned about its middle by up to asin(sin(tilt) / level), and its edges bend otherwise: so
+ * far beside an upright one lie its corners. */
+static double turned_by(const struct axes *axes, const struct rings *rings, uint32_t ring, double level)
+{
+    const double reach = reach_of(rings, ring), arc = half_arc(rings, ring), sine = sin(axes->tilt_rad);
+    if (!axes->turned || sine >= level || arc * arc * axes->tilt_rad >= level * level)
+        return axes->turned ? reach : 0;
+    return fmin(reach, reach * asin(sine / level) + arc * arc * axes->tilt_rad / (level * level));
+}
+
+/* A cell of the ring is so wide to each side, in azimuth at that level of tilted axes. */
+static double half_width(const struct rings *rings, uint32_t ring, double level)
+{
+    const double sine = sin(half_arc(rings, ring)), edge = level - rings->height_rad / 2;
+    return sine < edge ? fmax(asin(sine / edge), rings_width(rings, ring) / 2) : GEO_PI;
+}
+
 static struct overlap_cell cell_of(const struct obstacles_scene *scene, const struct axes *axes, uint32_t ring,
                                    uint32_t direction)
 {
@@ -174,6 +203,8 @@ static struct overlap_cell cell_of(const struct obstacles_scene *scene, const st
         quat_rotate_inverse(axes->attitude, scene->picture->axis[direction], v);
         overlap_middle(&cell, v);
     }
+    if (axes->turned && axes->tilt_rad > 0)
+        cell.half_az_rad = fmin(half_width(rings, ring, cell.level) + scene->place->adrift_rad, GEO_PI);
     return cell;
 }
 
@@ -247,12 +278,13 @@ static void look_around(struct around *a, uint32_t ring, uint32_t direction, con
     if (!adds_as_seen(&s, bounds))
         return;
     struct overlap_cell cell = cell_of(scene, &a->axes, ring, direction);
+    const double turned = turned_by(&a->axes, scene->picture->rings, ring, cell.level);
     if (s.obstacle && s.near_m < bounds->near_m) {
-        const struct overlap_run run = sectors_of(a, &cell, s.near_m, 0);
+        const struct overlap_run run = sectors_of(a, &cell, s.near_m, turned);
         add_obstacle(a, &run, &s, direction);
     }
     if (s.hint_m < bounds->hint_m && !(s.obstacle && s.near_m <= a->band->reach_m)) {
-        const struct overlap_run run = sectors_of(a, &cell, s.hint_m, 0);
+        const struct overlap_run run = sectors_of(a, &cell, s.hint_m, turned);
         add_hint(a, &run, s.hint_m);
     }
 }
@@ -266,7 +298,8 @@ static struct bounds bounds_around(const struct around *a, uint32_t ring, uint32
 {
     const struct rings *rings = a->scene->picture->rings;
     struct overlap_cell cell = cell_of(a->scene, &a->axes, ring, first + n / 2);
-    const double spread = n / 2 * rings_width(rings, ring) * rings->cos_el[ring] + GEO_ROUGH_RAD;
+    const double spread = n / 2 * rings_width(rings, ring) * rings->cos_el[ring] + GEO_ROUGH_RAD +
+                          (a->axes.turned ? reach_of(rings, ring) : 0);
     const struct overlap_run run = sectors_of(a, &cell, told_m, spread);
     struct bounds all = {0, 0};
     for (size_t k = 0; k < run.n; k++) {
@@ -299,7 +332,8 @@ static bool may_reach(const struct around *a, uint32_t ring)
     const struct rings *rings = a->scene->picture->rings;
     const double el = rings->top_rad - (ring + 0.5) * rings->height_rad,
                  most = rings->height_rad / 2 + a->axes.uncertain_rad + a->axes.tilt_rad +
-                        sight_aside_rad(a->scene->place, 0) + 2 * GEO_ROUGH_RAD;
+                        sight_aside_rad(a->scene->place, 0) + 2 * GEO_ROUGH_RAD +
+                        (a->axes.turned ? reach_of(rings, ring) : 0);
     return el + most >= a->band->lo_rad && el - most <= a->band->hi_rad;
 }
 

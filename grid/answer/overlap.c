@@ -47,12 +47,19 @@ static struct overlap_run run_in_width(const struct overlap_band *band, double a
     return run_of(band, from, to - 1);
 }
 
+/* At least the cosine of the elevation of the cell's edge that is nearer to a pole, where aside is most in azimuth. */
+static double edge_level(double level, double half_el_rad)
+{
+    return level * (1 - half_el_rad * half_el_rad / 2) - half_el_rad * sqrt(fmax(0, 1 - level * level));
+}
+
 static struct overlap_run exact_run(const struct overlap_band *band, struct overlap_cell *cell, double aside_rad)
 {
     if (!cell->exact)
         geo_angles(cell->v, &cell->az_rad, &cell->el_rad);
     cell->exact = true;
-    const double half_el = cell->half_el_rad + aside_rad, level = cos(cell->el_rad), s = sin(aside_rad);
+    const double half_el = cell->half_el_rad + aside_rad, level = edge_level(cos(cell->el_rad), cell->half_el_rad);
+    const double s = aside_rad < GEO_PI / 2 ? sin(aside_rad) : 1;
     const double more = aside_rad <= 0 ? 0 : s < level ? asin(s / level) : GEO_PI;
     if (cell->el_rad + half_el <= band->lo_rad || cell->el_rad - half_el >= band->hi_rad)
         return (struct overlap_run){0, 0};
@@ -74,9 +81,10 @@ static double wider_by(const struct overlap_cell *cell, double aside_rad)
 {
     if (aside_rad <= 0)
         return 0;
-    const double s = sin(aside_rad);
-    const int more = side_of(cell->level - s, MARGIN_RAD);
-    return more > 0 ? geo_rough_angle(s, sqrt((cell->level - s) * (cell->level + s))) : more < 0 ? GEO_PI : -1;
+    const double s = aside_rad < GEO_PI / 2 ? sin(aside_rad) : 1,
+                 level = edge_level(cell->level, cell->half_el_rad);
+    const int more = side_of(level - s, MARGIN_RAD);
+    return more > 0 ? geo_rough_angle(s, sqrt((level - s) * (level + s))) : more < 0 ? GEO_PI : -1;
 }
 
 /* floor(x), false where the rough angles leave that open. */

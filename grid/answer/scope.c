@@ -74,7 +74,7 @@ static struct scope_share share_of(const struct scope *s, const double v[3])
 static void enter_ring(struct scope *s, uint32_t ring)
 {
     const double reach = fmin(sight_cell_reach(s->rings, ring), GEO_PI / 2),
-                 apart = fmin(2 * (reach + s->turned_rad), GEO_PI);
+                 apart = fmin(2 * (reach + s->turned_rad + s->place.adrift_rad), GEO_PI);
     s->ring = ring;
     s->edge.cell = cell_edge_of(s->rings, ring);
     s->edge.reach = sin(reach);

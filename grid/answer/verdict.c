@@ -267,7 +267,7 @@ static double beyond_m(const struct verdict *v)
     while (sight_reads(&r)) {
         struct picture_frame frame;
         struct sight_place place;
-        struct obstacles_query query = v->query;
+        struct obstacles_query query = {.line = v->query.line};
         struct obstacles_found found = {.any = false};
         const struct obstacles_scene scene = {v->by.picture, &frame, v->by.conf, v->by.now, &place};
         enum answer_reason why;
@@ -331,7 +331,7 @@ static void begin_asking(struct verdict *v)
     for (size_t k = 0; k < v->parts; k++)
         v->part[k].stage = begin_m < verdict_near_m(v) ? VERDICT_WITHIN : VERDICT_NEAR;
     verdict_ask(v, 0, begin_m);
-    verdict_heed_bottom(v, &v->ask.question);
+    verdict_heed_bottom(v, &v->ask.question.asked);
 }
 
 #define STEP_SETTLED 16   /* in one step, each with a look or two along a line or a tile, ... */

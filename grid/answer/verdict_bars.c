@@ -22,7 +22,8 @@ static double most_bottom_m(const struct verdict *v, const struct question_run *
 }
 
 /* How far the parts that the tile touches are free of the bottom. Roots come from the lowest on, so most that are
- * higher can tell nothing nearer and are not divided. */
+ * higher can tell nothing nearer and are not divided. Any direction that is asked, however its axes are turned, lies in
+ * a tile that is: that tile's lowest direction is low enough. */
 static void heed_bottom_in(struct verdict *v, const struct question_shape *q, const struct bottom *bottom,
                            const struct tile_index *tile)
 {
@@ -31,7 +32,7 @@ static void heed_bottom_in(struct verdict *v, const struct question_shape *q, co
     struct ask_stretch s;
     if (!run.n || !question_stretch(q, &cone, verdict_most_asked_m(v), &s))
         return;
-    const double lowest = asin(fmax(-1, fmin(cone.v[2], 1))) + cone.half_rad + q->asked.loose_rad;
+    const double lowest = asin(fmax(-1, fmin(cone.v[2], 1))) + cone.half_rad;
     const double free_m = bottom_reach_m(bottom, sin(fmin(lowest, GEO_PI / 2)));
     const double least_m = question_measure(q, &cone, free_m);
     if (free_m >= s.to_m || least_m >= most_bottom_m(v, &run))
@@ -48,17 +49,25 @@ static void heed_bottom_in(struct verdict *v, const struct question_shape *q, co
     }
 }
 
-void verdict_heed_bottom(struct verdict *v, const struct question_shape *q)
+#define NO_NEAR_M 1e-3
+
+/* From the vehicle on: the bottom ends what is free where nobody needs to have looked, too. */
+void verdict_heed_bottom(struct verdict *v, const struct ask_question *asked)
 {
     const struct answer_now *now = v->by.now;
+    struct ask_question from_here = *asked;
+    struct question_shape q;
     if (!v->frame.ned || !(now->pose.has & POSE_ALTITUDE))
         return;
+    from_here.near_m = NO_NEAR_M;
+    from_here.level_m = NULL;
+    question_begin(&q, &from_here);
     const struct bottom bottom = bottom_below(now->pose.altitude_m, -v->place.uncertain_m, v->place.uncertain_m);
     for (uint32_t row = 0; row < TILES_ROWS; row++) {
-        uint32_t n, column = question_columns(q, row, &n);
+        uint32_t n, column = question_columns(&q, row, &n);
         for (; n > 0; n--, column++) {
             const struct tile_index root = {0, (uint16_t)row, (uint16_t)(column % tiles_columns(row))};
-            heed_bottom_in(v, q, &bottom, &root);
+            heed_bottom_in(v, &q, &bottom, &root);
         }
     }
 }

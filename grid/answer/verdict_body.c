@@ -103,25 +103,12 @@ static void ask_horizon(struct verdict *v)
     ask_begin(&v->ask, v->horizon.nominal ? v->aside : v->view, v->n, &q);
 }
 
-#define NO_NEAR_M 1e-3
-
-/* The bottom ends what is free where nobody needs to have looked, too. */
-static void heed_bottom_of_way(struct verdict *v)
-{
-    struct ask_question from_body = verdict_way(v);
-    struct question_shape q;
-    from_body.near_m = NO_NEAR_M;
-    from_body.level_m = NULL;
-    question_begin(&q, &from_body);
-    verdict_heed_bottom(v, &q);
-}
-
 static void ask_way(struct verdict *v)
 {
     v->looking = false;
     verdict_ask(v, 0, verdict_near_m(v));
     begin_way(v);
-    heed_bottom_of_way(v);
+    verdict_heed_bottom(v, &v->ask.question.asked);
 }
 
 void verdict_look_around(struct verdict *v)

@@ -129,7 +129,7 @@ enum answer_reason verdict_reason(struct verdict *v, struct verdict_part *part)
         }
     if (why != ANSWER_HEARD)
         return why;
-    if (part->found && part->from_m > part->promised_m)
+    if (part->from_m > part->promised_m)
         return part->from_m > verdict_near_m(v) ? ANSWER_BLIND : ANSWER_MOVED;
     return part->found || was_looked_at(v, part) ? ANSWER_BEYOND : ANSWER_NEVER;
 }

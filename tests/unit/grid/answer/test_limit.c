@@ -417,6 +417,10 @@ TEST(it_stands_in_known_water_never_gives_more_and_is_monotone)
         const double way =
             a.speed_mps * (conf.latency_s + stale_s) + a.speed_mps * a.speed_mps / (2 * conf.braking_mps2);
         CHECK(a.speed_mps == 0 || way <= c.blocked_m - c.front_m + 1e-9);
+        CHECK_NEAR(a.stop_m + a.stale_m, way, 1e-9, 1e-12);
+        CHECK_NEAR(a.stale_m, a.speed_mps * stale_s, 1e-9, 0);
+        CHECK_NEAR(limit_drift_m(&conf, a.speed_mps, stale_s), way, 1e-9, 1e-12);
+        CHECK_NEAR(limit_reach_m(&conf, c.front_m, a.speed_mps, stale_s), c.front_m + way, 1e-9, 1e-12);
         if (conf.unknown == LIMIT_STOP && c.reason != ANSWER_HEARD)
             CHECK(a.speed_mps == 0 || way <= c.known_m - c.front_m + 1e-9);
         if (conf.unknown == LIMIT_SLOW && c.reason != ANSWER_HEARD)
@@ -469,6 +473,8 @@ TEST(the_remedy_names_the_poses_where_they_are_what_is_missing)
                {LIMIT_BY_UNKNOWN, ANSWER_BEYOND, LIMIT_POSE_PLACED, "no_echo"},
                {LIMIT_BY_UNKNOWN, ANSWER_BEYOND, LIMIT_POSE_NONE, "poses with a position"},
                {LIMIT_BY_UNKNOWN, ANSWER_BEYOND, LIMIT_POSE_ADRIFT, "station_keeping"},
+               {LIMIT_BY_UNKNOWN, ANSWER_BLIND, LIMIT_POSE_NONE, "poses with a position"},
+               {LIMIT_BY_UNKNOWN, ANSWER_NEVER, LIMIT_POSE_NONE, "poses with a position"},
                {LIMIT_BY_UNKNOWN, ANSWER_NEVER, LIMIT_POSE_PLACED, "where no sonar looks, a larger near"},
                {LIMIT_BY_UNKNOWN, ANSWER_STALE, LIMIT_POSE_NONE, "clear_for"}};
     for (size_t i = 0; i < sizeof row / sizeof row[0]; i++)

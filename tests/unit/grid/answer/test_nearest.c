@@ -155,8 +155,8 @@ TEST(the_nearest_one_with_its_place_and_age)
     CHECK_INT(n.state, ANSWER_BLOCKED);
     CHECK_NEAR(n.range_m, 2.6, 1e-6, 0);
     CHECK_NEAR(n.age_s, 7, 1e-6, 0);
-    CHECK_NEAR(geo_deg(n.az_rad), 200, 4, 0);
-    CHECK_NEAR(geo_deg(n.el_rad), 40, 4, 0);
+    CHECK_NEAR(geo_deg(n.az_rad), 200, 0, 4);
+    CHECK_NEAR(geo_deg(n.el_rad), 40, 0, 4);
     CHECK(n.confidence > 0.9 && n.confidence < 1);
     CHECK_NEAR(n.range_sd_m, 0.05, 1e-6, 0);
     CHECK(n.unknown_share > 0.7);
@@ -166,6 +166,52 @@ TEST(the_nearest_one_with_its_place_and_age)
     CHECK_INT(n.reason, ANSWER_HEARD);
     CHECK_INT(look(false, -5, 5, 3).state, ANSWER_CLEAR);
     CHECK_INT(look(false, -5, 5, 4.5).state, ANSWER_BLOCKED);
+}
+
+/* Of a part with an obstacle, too: as far as that. */
+TEST(water_before_an_obstacle_that_was_not_observed_is_unknown)
+{
+    start(false);
+    for (int i = 0; i < BEAMS; i++) {
+        beam[i].free_to_m = 5;
+        beam[i].n = 1;
+    }
+    send(1, 1);
+    put(at(0, 0), 8, 1);
+    CHECK_INT(look_between(-2, 2, -5, 5, 0).state, ANSWER_BLOCKED);
+    CHECK_INT(look_between(-2, 2, -5, 5, 0).reason, ANSWER_BEYOND);
+    CHECK_NEAR(look_between(-2, 2, -5, 5, 0).unknown_share, 1, 1e-12, 0);
+    put(at(0, 0), 4.5, 1);
+    CHECK_NEAR(look_between(-2, 2, -5, 5, 0).unknown_share, 0, 1e-12, 0);
+    put(at(0, 0), 0.9, 1); /* beyond what is asked, which `near` promises */
+    CHECK_INT(look_between(-2, 2, -5, 5, 0.7).state, ANSWER_CLEAR);
+    CHECK_INT(look_between(-2, 2, -5, 5, 0.95).state, ANSWER_BLOCKED);
+}
+
+static void send_pitched(double up_deg, double high_deg)
+{
+    struct mount mount = mount_identity;
+    quat_from_rpy(0, geo_rad(up_deg), 0, mount.attitude);
+    ping.el_aperture_rad = (float)geo_rad(high_deg);
+    ping.sensor = up_deg > 0;
+    ping.seq++;
+    ping.pose = now.pose;
+    ping.pose.t_ns = ping.t_ns;
+    store_enter(store, &ping, &mount);
+}
+
+/* Two fans, one above the other, with a gap or none, wherever rows of parts begin. */
+TEST(a_gap_between_two_elevations_is_unknown)
+{
+    for (int lo_deg = -15; lo_deg < -9; lo_deg++)
+        for (int gap = 0; gap < 2; gap++) {
+            start(false);
+            send_pitched(4.5, 25); /* from -8 degrees on */
+            send_pitched(-16, gap ? 8 : 20);
+            const struct nearest n = look_between(-5, 5, lo_deg, lo_deg + 21, 5);
+            CHECK_INT(n.state, gap ? ANSWER_UNKNOWN : ANSWER_CLEAR);
+            CHECK(gap == (n.unknown_share > 0.2) && n.unknown_share < 0.9);
+        }
 }
 
 /* What a fan sees ahead; astern nothing was ever pinged. */
@@ -192,8 +238,19 @@ TEST(angles_are_told_in_the_axes_asked_about)
     start(true);
     put(at(100, 0), 4, 1);
     quat_from_rpy(0, 0, geo_rad(60), now.pose.attitude);
-    CHECK_NEAR(geo_deg(look(true, -90, 90, 0).az_rad), 100, 4, 0);
-    CHECK_NEAR(geo_deg(look(false, -90, 90, 0).az_rad), 40, 4, 0);
+    CHECK_NEAR(geo_deg(look(true, -90, 90, 0).az_rad), 100, 0, 4);
+    CHECK_NEAR(geo_deg(look(false, -90, 90, 0).az_rad), 40, 0, 4);
+    struct picture_frame frame; /* of a grid that is not turned to the north */
+    picture_get_frame(&picture, &frame);
+    frame.axes_rad = geo_rad(50);
+    picture_begin(&picture);
+    picture_set_frame(&picture, &frame);
+    picture_set(&picture, at(100, 0), &(struct picture_entry){0});
+    picture_end(&picture);
+    put(at(100, 30), 4, 1);
+    CHECK_NEAR(geo_deg(look(true, -90, 90, 0).az_rad), 150, 0, 4);
+    CHECK_NEAR(geo_deg(look(true, -90, 90, 0).el_rad), 30, 0, 4);
+    CHECK_NEAR(geo_deg(look(false, -90, 90, 0).az_rad), 90, 0, 4);
     now.pose_fresh = false;
     CHECK_INT(look(true, -90, 90, 0).reason, ANSWER_POSE_LOST);
     CHECK_NEAR(look(true, -90, 90, 0).unknown_share, 1, 1e-12, 0);
@@ -266,6 +323,8 @@ int main(void)
     RUN(the_share_is_of_all_that_is_asked);
     RUN(clear_is_clear_to_every_shorter_distance_and_in_less);
     RUN(the_nearest_one_with_its_place_and_age);
+    RUN(water_before_an_obstacle_that_was_not_observed_is_unknown);
+    RUN(a_gap_between_two_elevations_is_unknown);
     RUN(between_two_bearings_only_what_is_there_counts);
     RUN(angles_are_told_in_the_axes_asked_about);
     RUN(the_bottom_ends_what_is_known_below);

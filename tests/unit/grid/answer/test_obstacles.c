@@ -143,8 +143,51 @@ static bool one_in(double n)
     return test_uniform(&random_state) * n < 1;
 }
 
-/* Somewhere in the question as seen from the vehicle, often in its wall; from the grid's centre. */
-static void somewhere_in(const struct answer_query *q, const struct sight_place *place, double v[3])
+/* Where the vehicle may be, and how it may be turned; of what it saw, how far its heading has drifted since. */
+struct doubt {
+    double offset_m[3], attitude[4], turned_rad, adrift_rad;
+    double turned[4], drifted[4]; /* one way of it */
+};
+
+static struct doubt any_doubt(void)
+{
+    struct doubt d = {.turned_rad = one_in(2) ? between(0, 0.08) : 0,
+                      .adrift_rad = one_in(2) ? between(0, 0.3) : 0};
+    for (int k = 0; k < 3 && one_in(2); k++)
+        d.offset_m[k] = between(-0.1, 0.1);
+    quat_from_rpy(between(-0.4, 0.4), between(-0.4, 0.4), between(-3, 3), d.attitude);
+    double about[3];
+    geo_direction(between(0, GEO_TURN), asin(between(-1, 1)), about);
+    const double half = d.turned_rad * between(0.9, 1) / 2, drift = d.adrift_rad * (one_in(2) ? 1 : -1) / 2;
+    memcpy(d.turned, (double[]){cos(half), sin(half) * about[0], sin(half) * about[1], sin(half) * about[2]},
+           sizeof d.turned);
+    memcpy(d.drifted, (double[]){cos(drift), 0, 0, sin(drift)}, sizeof d.drifted);
+    return d;
+}
+
+static void take_doubt(const struct doubt *d)
+{
+    memcpy(now.pose.position_m, d->offset_m, sizeof d->offset_m);
+    memcpy(now.pose.attitude, d->attitude, sizeof d->attitude);
+    now.pose.uncertain_rad = d->turned_rad;
+    now.pose.heading_radps = d->adrift_rad / limits.clear_for_s;
+}
+
+/* From the axes asked about, as seen from the vehicle, to where the grid has it: seen from the centre, with the
+ * heading of then. */
+static void to_where_it_was_seen(const struct doubt *d, bool ned, double v[3])
+{
+    if (!ned) {
+        quat_rotate(d->attitude, v, v);
+        quat_rotate(d->turned, v, v);
+    }
+    for (int i = 0; i < 3; i++)
+        v[i] += d->offset_m[i];
+    quat_rotate(d->drifted, v, v);
+}
+
+/* Somewhere in the question as seen from the vehicle, often in its wall. */
+static void somewhere_in(const struct answer_query *q, double v[3])
 {
     const double most = q->corridor ? q->radius_m : q->half_angle_rad, turn = between(0, GEO_TURN);
     const double wide = one_in(2) ? 0.999 * most : between(0, most), far_m = between(0.9, 0.999) * q->distance_m;
@@ -154,19 +197,22 @@ static void somewhere_in(const struct answer_query *q, const struct sight_place 
     geo_direction(q->az_rad + GEO_PI / 2, 0, side);
     geo_direction(q->az_rad, q->el_rad + GEO_PI / 2, up);
     for (int i = 0; i < 3; i++)
-        v[i] = place->offset_m[i] + ahead * line[i] + aside * (cos(turn) * side[i] + sin(turn) * up[i]);
+        v[i] = ahead * line[i] + aside * (cos(turn) * side[i] + sin(turn) * up[i]);
 }
 
-static void put_one_thing(const double v[3])
+/* An obstacle, or an echo too little for one. */
+static void put_one_thing(const double v[3], bool weak)
 {
     double az, el;
-    start_with(rings_full(&rings, geo_rad(between(3, 15))), true);
+    start_with(true, true);
     geo_angles(v, &az, &el);
-    const struct picture_entry e = {.obstacle[0] = {.t_ref_ns = NOW,
-                                                    .t_echo_ns = NOW,
-                                                    .logodds = 4,
-                                                    .near_m = (float)(geo_length(v) - 1e-4),
-                                                    .range_m = (float)geo_length(v)}};
+    struct picture_entry e = {.hint_m = (float)(geo_length(v) - 1e-4)};
+    if (!weak)
+        e = (struct picture_entry){.obstacle[0] = {.t_ref_ns = NOW,
+                                                   .t_echo_ns = NOW,
+                                                   .logodds = 4,
+                                                   .near_m = (float)(geo_length(v) - 1e-4),
+                                                   .range_m = (float)geo_length(v)}};
     picture_begin(&picture);
     picture_set(&picture, rings_index(&rings, az, el), &e);
     picture_end(&picture);
@@ -176,29 +222,71 @@ TEST(nothing_in_a_cone_or_corridor_is_passed_over)
 {
     random_state = test_seed();
     for (int i = 0; i < 4000 && !test_case_failed; i++) {
-        const struct answer_query q = {.az_rad = between(0, GEO_TURN),
-                                       .el_rad = between(-1.5, 1.5),
-                                       .ned = true,
-                                       .distance_m = between(1, 10),
-                                       .corridor = one_in(2),
-                                       .half_angle_rad = between(0, 0.8),
-                                       .radius_m = between(0.1, 1)};
-        struct sight_place place = {.offset_m = {0}};
-        double v[3];
-        for (int k = 0; k < 3 && one_in(2); k++)
-            place.offset_m[k] = between(-0.1, 0.1);
-        somewhere_in(&q, &place, v);
-        put_one_thing(v);
-        memcpy(now.pose.position_m, place.offset_m, sizeof place.offset_m);
+        struct answer_query q = {.az_rad = between(0, GEO_TURN),
+                                 .el_rad = between(-1.5, 1.5),
+                                 .ned = one_in(2),
+                                 .distance_m = between(1, 10),
+                                 .corridor = one_in(2),
+                                 .half_angle_rad = between(0, 0.8),
+                                 .radius_m = between(0.1, 1)};
+        const struct doubt d = any_doubt();
+        const bool weak = one_in(3);
         struct obstacles_found found;
+        double v[3];
+        q.near_m = 20;
+        CHECK(rings_full(&rings, geo_rad(between(3, 15))));
+        somewhere_in(&q, v);
+        to_where_it_was_seen(&d, q.ned, v);
+        put_one_thing(v, weak);
+        take_doubt(&d);
         find_obstacles(&picture, &limits, &now, &(struct obstacles_query){.line = q}, &found);
-        CHECK(found.any);
+        CHECK(weak ? isfinite(found.hint_m) : found.any);
+    }
+}
+
+/* Of sectors, all around or not, the one that it lies in. */
+TEST(nothing_in_a_sector_is_passed_over)
+{
+    random_state = test_seed();
+    for (int i = 0; i < 4000 && !test_case_failed; i++) {
+        const double lo = between(-1.4, 1.2), hi = between(lo, 1.5), wide = one_in(2) ? 0 : between(0.1, 6);
+        const struct obstacles_query q = {.around = true,
+                                          .band = {.ned = one_in(2),
+                                                   .lo_rad = lo,
+                                                   .hi_rad = hi,
+                                                   .from_rad = wide > 0 ? between(0, GEO_TURN) : 0,
+                                                   .width_rad = wide,
+                                                   .reach_m = between(1, 10),
+                                                   .near_m = 20,
+                                                   .count = (size_t)between(1, SECTORS + 1)}};
+        const double part = (wide > 0 ? wide : GEO_TURN) / (double)q.band.count;
+        const size_t k = (size_t)between(0, (double)q.band.count);
+        const double from = wide > 0 ? q.band.from_rad : -part / 2;
+        const double off = one_in(2) ? 0.001 : one_in(2) ? 0.999 : between(0, 1);
+        const double el = one_in(2)   ? lo + 0.001 * (hi - lo)
+                          : one_in(2) ? hi - 0.001 * (hi - lo)
+                                      : between(lo, hi);
+        const double far_m = q.band.reach_m * between(0.9, 0.999);
+        const struct doubt d = any_doubt();
+        const bool weak = one_in(3);
+        struct obstacles_found found[SECTORS + 1];
+        double v[3];
+        geo_direction(from + ((double)k + off) * part, el, v);
+        for (int n = 0; n < 3; n++)
+            v[n] *= far_m;
+        CHECK(rings_full(&rings, geo_rad(between(3, 15))));
+        to_where_it_was_seen(&d, q.band.ned, v);
+        put_one_thing(v, weak);
+        take_doubt(&d);
+        find_obstacles(&picture, &limits, &now, &q, found);
+        CHECK(weak ? found[k].hint_m < INFINITY : found[k].any);
     }
 }
 
 int main(void)
 {
     RUN(nothing_in_a_cone_or_corridor_is_passed_over);
+    RUN(nothing_in_a_sector_is_passed_over);
     RUN(of_many_directions_no_other_is_found_than_of_each_alone);
     return test_end();
 }

@@ -18,14 +18,20 @@ static bool one_in(int n)
     return test_uniform(&seed) * n < 1;
 }
 
+/* In azimuth, where it is widest: at the edge nearer to a pole, which is no nearer than that. */
+static double wider(double el, double half_el, double aside)
+{
+    const double level = cos(el) * (1 - half_el * half_el / 2) - half_el * fabs(sin(el));
+    return aside <= 0 ? 0 : aside < GEO_PI / 2 && sin(aside) < level ? asin(sin(aside) / level) : GEO_PI;
+}
+
 /* As a person would write it. Bits of the sectors touched, of up to 64. */
 static uint64_t plain(const struct overlap_band *band, const struct overlap_cell *cell, double aside)
 {
     double az, el, width = GEO_TURN / (double)band->count;
     uint64_t touched = 0;
     geo_angles(cell->v, &az, &el);
-    const double more = aside <= 0 ? 0 : sin(aside) < cos(el) ? asin(sin(aside) / cos(el)) : GEO_PI;
-    const double half = fmin(cell->half_az_rad + more, GEO_PI);
+    const double half = fmin(cell->half_az_rad + wider(el, cell->half_el_rad, aside), GEO_PI);
     if (el + (cell->half_el_rad + aside) <= band->lo_rad || el - (cell->half_el_rad + aside) >= band->hi_rad)
         return 0;
     const double from = floor((az - half) / width + 0.5 + 1e-9), to = ceil((az + half) / width - 0.5 - 1e-9);
@@ -68,7 +74,7 @@ static void any_cell(const struct overlap_band *band, double aside, struct overl
                 : one_in(3) ? (GEO_PI / 2 - aside + tiny()) * (one_in(2) ? 1 : -1)
                             : uniform(-1.5, 1.5);
     el = fmax(-GEO_PI / 2, fmin(GEO_PI / 2, el));
-    const double more = aside <= 0 ? 0 : sin(aside) < cos(el) ? asin(sin(aside) / cos(el)) : GEO_PI;
+    const double more = wider(el, cell->half_el_rad, aside);
     const double edge = width * (floor(uniform(-2, (double)band->count + 2)) + 0.5) + tiny();
     const double az = one_in(3)   ? edge + more + cell->half_az_rad
                       : one_in(2) ? edge - more - cell->half_az_rad
@@ -96,6 +102,31 @@ TEST(rough_angles_touch_what_exact_ones_do)
         differ += found(&band, &cell, aside) != plain(&band, &cell, aside);
     }
     CHECK_INT(differ, 0);
+}
+
+/* A place of the cell, from up to so far beside where it is seen: it is in a sector that the cell touches. */
+TEST(no_place_of_a_cell_is_seen_outside_its_sectors)
+{
+    seed = test_seed();
+    for (int i = 0; i < 100000; i++) {
+        const struct overlap_band band = any_band();
+        const double aside = uniform(0, one_in(4) ? 3 : 0.4), el = uniform(-1.4, 1.4), az = uniform(0, GEO_TURN);
+        struct overlap_cell cell = {.half_az_rad = uniform(0, 0.2), .half_el_rad = uniform(0, 0.15)};
+        double v[3], at[3], turn[4], seen_az, seen_el;
+        geo_direction(az, el, v);
+        overlap_middle(&cell, v);
+        geo_direction(az + cell.half_az_rad * uniform(-1, 1), el + cell.half_el_rad * uniform(-1, 1), at);
+        geo_direction(uniform(0, GEO_TURN), uniform(-1.5, 1.5), v);
+        turn[0] = cos(aside / 2);
+        for (int n = 0; n < 3; n++)
+            turn[n + 1] = v[n] * sin(aside / 2);
+        quat_rotate(turn, at, at);
+        geo_angles(at, &seen_az, &seen_el);
+        if (seen_el <= band.lo_rad || seen_el >= band.hi_rad)
+            continue;
+        const double sector = floor(geo_wrap(seen_az) / GEO_TURN * (double)band.count + 0.5);
+        CHECK(found(&band, &cell, aside) >> (size_t)sector % band.count & 1);
+    }
 }
 
 TEST(angles_are_computed_exactly_only_where_that_decides)
@@ -145,6 +176,7 @@ TEST(of_a_window_those_that_the_cell_reaches_into)
 int main(void)
 {
     RUN(rough_angles_touch_what_exact_ones_do);
+    RUN(no_place_of_a_cell_is_seen_outside_its_sectors);
     RUN(angles_are_computed_exactly_only_where_that_decides);
     RUN(of_a_window_those_that_the_cell_reaches_into);
     return test_end();

@@ -115,6 +115,125 @@ TEST(each_doubt_of_the_place_brings_obstacles_nearer)
     }
 }
 
+/* A weak echo as well, nearer than an obstacle or alone. */
+TEST(each_doubt_of_the_place_brings_weak_echoes_nearer)
+{
+    for (int behind = 0; behind < 2; behind++)
+        for (double at_m = 0.6; at_m < 4; at_m += 0.7) {
+            start();
+            picture_begin(&picture);
+            for (uint32_t d = 0; d < rings.n; d++) {
+                struct picture_entry e = {.hint_m = (float)at_m};
+                if (behind)
+                    e.obstacle[0] = obstacle_at(WALL_M);
+                picture_set(&picture, d, &e);
+            }
+            picture_end(&picture);
+            now.pose.uncertain_m = 0.2;
+            now.pose.position_m[1] = 0.3;
+            struct obstacles_found found[4];
+            struct obstacles_query q = {
+                .line = {.ned = true, .distance_m = 5, .half_angle_rad = 0.1, .near_m = 5}};
+            find_obstacles(&picture, &limits, &now, &q, found);
+            CHECK_NEAR(found[0].hint_m, at_m - 0.5, 0, 1e-6);
+            q = (struct obstacles_query){
+                .around = true,
+                .band = {.ned = true, .lo_rad = -0.1, .hi_rad = 0.1, .reach_m = 3, .near_m = 5, .count = 4}};
+            find_obstacles(&picture, &limits, &now, &q, found);
+            for (int k = 0; k < 4 && at_m < 3.4; k++)
+                CHECK_NEAR(found[k].hint_m, at_m - 0.5, 0, 1e-6);
+        }
+}
+
+/* From where the centre is, wherever that is. */
+TEST(the_vehicle_is_off_the_centre_by_the_difference_of_both_places)
+{
+    const struct picture_frame frame = {.ned = true, .centre_m = {3, -5, 7}, .path_m = 2};
+    struct sight_place place;
+    start();
+    memcpy(now.pose.position_m, (double[]){3.3, -4.6, 7}, sizeof now.pose.position_m);
+    now.pose.path_m = 2.5;
+    sight_locate(&frame, &limits, &now, &place);
+    CHECK_NEAR(place.offset_m[0], 0.3, 0, 1e-9);
+    CHECK_NEAR(place.offset_m[1], 0.4, 0, 1e-9);
+    CHECK_NEAR(place.offset_m[2], 0, 0, 1e-9);
+    CHECK_NEAR(place.uncertain_m, 0.5 * POSE_WAY_ERROR, 0, 1e-9);
+    CHECK_NEAR(place.moved_m, 0.5 + 0.5 * POSE_WAY_ERROR, 0, 1e-9);
+    now.pose.heading_radps = 0.001; /* for as long as water is clear */
+    sight_locate(&frame, &limits, &now, &place);
+    CHECK_NEAR(place.adrift_rad, 0.001 * limits.clear_for_s, 0, 1e-9);
+    CHECK_NEAR(place.adrift_cos, cos(place.adrift_rad), 0, 1e-12);
+    CHECK_NEAR(place.adrift_sin, sin(place.adrift_rad), 0, 1e-12);
+}
+
+TEST(a_pose_that_is_no_number_is_none)
+{
+    double *const part[] = {&now.pose.drift_m[0],    &now.pose.drift_m[1],    &now.pose.position_m[0],
+                            &now.pose.position_m[1], &now.pose.position_m[2], &now.pose.uncertain_m,
+                            &now.pose.uncertain_rad, &now.pose.heading_radps};
+    for (size_t i = 0; i < sizeof part / sizeof *part; i++)
+        for (int k = 0; k < 3; k++)
+            for (int ned = 0; ned < 2; ned++) {
+                const struct picture_frame frame = {.ned = (uint64_t)ned, .pings = 1};
+                enum answer_reason why;
+                start();
+                *part[i] = k == 0 ? 0.01 : k == 1 ? (double)INFINITY : (double)NAN;
+                const bool good = k == 0 || (!ned && i > 1); /* without an attitude a drift is all that counts */
+                CHECK(sight_possible(&frame, &now, false, &why) == good);
+                CHECK_INT(why, good ? ANSWER_HEARD : ANSWER_POSE_LOST);
+                CHECK(sight_possible(&frame, &now, true, &why) == (good && ned));
+                CHECK_INT(why, !good ? ANSWER_POSE_LOST : ned ? ANSWER_HEARD : ANSWER_NO_FRAME);
+            }
+    start();
+    now.pose_fresh = false;
+    for (int ned = 0; ned < 2; ned++) {
+        const struct picture_frame frame = {.ned = (uint64_t)ned, .pings = 1}, none = {.ned = (uint64_t)ned};
+        enum answer_reason why;
+        CHECK(sight_possible(&frame, &now, false, &why) == !ned);
+        CHECK(!sight_possible(&none, &now, false, &why));
+        CHECK_INT(why, ANSWER_NO_DATA);
+    }
+}
+
+TEST(a_cell_reaches_to_its_farthest_corner)
+{
+    for (double width_deg = 2; width_deg < 16; width_deg += 3.3) {
+        CHECK(rings_full(&rings, geo_rad(width_deg)));
+        for (uint32_t ring = 0; ring < rings.n_rings; ring++) {
+            double az, el, middle[3], farthest = 0;
+            rings_centre(&rings, rings.start[ring], &az, &el);
+            geo_direction(az, el, middle);
+            for (int k = 0; k < 4; k++) {
+                double corner[3];
+                geo_direction(az + (k % 2 ? 1 : -1) * rings_width(&rings, ring) / 2,
+                              el + (k / 2 ? 1 : -1) * rings.height_rad / 2, corner);
+                farthest = fmax(farthest, acos(fmax(-1, fmin(geo_dot(middle, corner), 1))));
+            }
+            CHECK_NEAR(sight_cell_reach(&rings, ring), farthest, 0, 1e-6);
+        }
+    }
+}
+
+TEST(a_vehicle_is_tilted_up_to_standing_on_its_head)
+{
+    for (int roll_deg = -180; roll_deg <= 180; roll_deg += 15) {
+        double q[4];
+        quat_from_rpy(geo_rad(roll_deg), 0, 1, q);
+        CHECK_NEAR(geo_deg(sight_tilt(q)), abs(roll_deg), 0, 1e-5);
+        quat_from_rpy(0, geo_rad(roll_deg), -2, q);
+        CHECK_NEAR(geo_deg(sight_tilt(q)), abs(roll_deg), 0, 1e-5);
+    }
+}
+
+TEST(a_grid_to_the_poles_keeps_what_reaches_beyond_them)
+{
+    CHECK(rings_full(&rings, geo_rad(5)));
+    CHECK(sight_keeps(&rings, -2, 2) && sight_keeps(&rings, -GEO_PI / 2, GEO_PI / 2));
+    CHECK(rings_level(&rings, geo_rad(5), geo_rad(15)));
+    CHECK(sight_keeps(&rings, geo_rad(-15), geo_rad(15)) && !sight_keeps(&rings, -2, 0) &&
+          !sight_keeps(&rings, 0, 2));
+}
+
 /* A grid of level sonars keeps 15 degrees up and down. */
 static void start_level(double pitch_deg, double uncertain_deg)
 {
@@ -248,6 +367,12 @@ TEST(a_direction_is_turned_into_the_grids_axes_and_back)
 int main(void)
 {
     RUN(each_doubt_of_the_place_brings_obstacles_nearer);
+    RUN(each_doubt_of_the_place_brings_weak_echoes_nearer);
+    RUN(the_vehicle_is_off_the_centre_by_the_difference_of_both_places);
+    RUN(a_pose_that_is_no_number_is_none);
+    RUN(a_cell_reaches_to_its_farthest_corner);
+    RUN(a_vehicle_is_tilted_up_to_standing_on_its_head);
+    RUN(a_grid_to_the_poles_keeps_what_reaches_beyond_them);
     RUN(a_band_that_reaches_beyond_the_grid_is_not_all_known);
     RUN(an_obstacle_fades_from_its_own_time_on);
     RUN(what_changed_while_it_was_read_is_read_again);

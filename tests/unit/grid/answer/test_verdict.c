@@ -363,6 +363,30 @@ TEST(a_question_is_asked_in_its_own_axes)
     quat_from_rpy(0, 0, 0, now.pose.attitude);
 }
 
+/* Picture and records are in the body's axes: whatever a pose has in the place of an attitude turns nothing, and an
+ * altitude says nothing of where the bottom is. */
+TEST(without_an_attitude_questions_are_asked_in_the_axes_of_the_body)
+{
+    begin();
+    start_with(rings_full(&rings, geo_rad(3)), false);
+    now.pose.has = 0;
+    send();
+    now.pose.has = POSE_ALTITUDE;
+    now.pose.altitude_m = 0.3;
+    quat_from_rpy(0, 0, geo_rad(120), now.pose.attitude);
+    for (size_t i = 0; i < sizeof asks / sizeof *asks; i++)
+        CHECK_INT(asks[i](5, 1.5)->state, ANSWER_CLEAR);
+    const struct obstacles_query one = {
+        .around = true,
+        .band = {.lo_rad = -0.03, .hi_rad = 0.03, .width_rad = 0.1, .reach_m = 5, .near_m = 1.5, .count = 1}};
+    CHECK_INT(end(&one)->state, ANSWER_CLEAR);
+    const struct obstacles_query move = {
+        .moves = true, .move = {.body = {0.2, 0.1, 0.1}, .direction = {1, 0, 0}, .most_m = 12, .near_m = 1.5}};
+    const struct corridor *c = verdict_corridor(give(&move));
+    CHECK(c->known_m > 9.5 && c->known_at[0] > 0.9);
+    CHECK_INT(c->reason, ANSWER_BEYOND);
+}
+
 /* The middle beam of each sector hears nothing up to a range of its own. */
 static void send_sectors(size_t count, double first_deg, double step_deg)
 {
@@ -511,24 +535,177 @@ TEST(the_bottom_is_met_by_the_lowest_direction_of_a_cone)
     now.pose.has &= ~(unsigned)POSE_ALTITUDE;
 }
 
+static uint64_t bottom_seed = 1;
+
+static double between(double lo, double hi)
+{
+    return lo + (hi - lo) * test_uniform(&bottom_seed);
+}
+
+/* A direction within so far of another one, as often at the rim as in the middle. */
+static void beside(const double v[3], double most_rad, double out[3])
+{
+    double any[3], aside[3];
+    geo_direction(between(0, GEO_TURN), between(-1, 1), any);
+    for (int i = 0; i < 3; i++)
+        aside[i] = any[(i + 1) % 3] * v[(i + 2) % 3] - any[(i + 2) % 3] * v[(i + 1) % 3];
+    const double size = geo_length(aside), off = most_rad * fmin(1, between(0, 2));
+    for (int i = 0; i < 3; i++)
+        out[i] = cos(off) * v[i] + (size > 0 ? sin(off) / size * aside[i] : 0);
+}
+
+/* From the body's axes into NED, turned by up to so far from what the attitude says. */
+static void turn_loosely(double most_rad, double v[3])
+{
+    double about[3];
+    geo_direction(between(0, GEO_TURN), asin(between(-1, 1)), about);
+    const double half = most_rad * fmin(1, between(0, 2)) / 2;
+    const double turn[4] = {cos(half), sin(half) * about[0], sin(half) * about[1], sin(half) * about[2]};
+    quat_rotate(now.pose.attitude, v, v);
+    quat_rotate(turn, v, v);
+}
+
+static bool is_below(const struct bottom *bottom, const double v[3])
+{
+    const double size = geo_length(v);
+    return size > 0 && size >= bottom_reach_m(bottom, v[2] / size);
+}
+
+/* A place in the question, in the body's axes, and how far the question is free at most if that is not. */
+static double place_in(const struct obstacles_query *q, const double axis_at[3], double front_m, double at[3])
+{
+    const double along_m = between(0, 8);
+    double any[3];
+    geo_direction(between(0, GEO_TURN), asin(between(-1, 1)), any);
+    if (q->around)
+        geo_direction(q->band.from_rad + q->band.width_rad * between(0, 1),
+                      fmax(q->band.lo_rad, between(q->band.lo_rad - 0.05, q->band.hi_rad)), at);
+    else if (q->moves) {
+        const struct corridor_body *body = &q->move.body;
+        const double turn = between(0, GEO_TURN), off_m = body->radius_m * sqrt(between(0, 1));
+        at[0] = off_m * cos(turn);
+        at[1] = off_m * sin(turn);
+        at[2] = body->half_height_m * between(-1, 1);
+        for (int i = 0; i < 3; i++)
+            at[i] += along_m * axis_at[i] + body->margin_m * any[i];
+        return front_m + along_m;
+    } else if (q->line.corridor) {
+        const double along = geo_dot(any, axis_at), off_m = q->line.radius_m * sqrt(between(0, 1));
+        const double size = sqrt(1 - along * along);
+        for (int i = 0; i < 3; i++)
+            at[i] = along_m * axis_at[i] + off_m / size * (any[i] - along * axis_at[i]);
+        return along_m;
+    } else
+        beside(axis_at, q->line.half_angle_rad, at);
+    for (int i = 0; i < 3; i++)
+        at[i] *= along_m;
+    return along_m;
+}
+
+/* Any direction that is asked, as far as the axes may be turned, may be the one that meets it; no other one does. */
+TEST(no_question_goes_through_the_bottom_and_none_ends_above_it)
+{
+    int met = 0;
+    begin();
+    now.pose.has |= POSE_ALTITUDE;
+    for (int k = 0; k < 160; k++) {
+        const double half = geo_rad(between(0.5, 6)), loose = k % 3 ? geo_rad(between(0, 3)) : 0;
+        const double az = between(-GEO_PI, GEO_PI), el = between(-0.7, 0.2), wide = geo_rad(between(1, 30));
+        const struct obstacles_query kinds[] = {
+            {.line = {.az_rad = az, .el_rad = el, .half_angle_rad = half, .distance_m = 8, .near_m = 1}},
+            {.line = {.az_rad = az,
+                      .el_rad = el,
+                      .corridor = true,
+                      .radius_m = between(0.1, 0.6),
+                      .distance_m = 8,
+                      .near_m = 1}},
+            {.around = true,
+             .band = {.lo_rad = el - half,
+                      .hi_rad = el + half,
+                      .from_rad = geo_wrap(az - wide / 2),
+                      .width_rad = wide,
+                      .reach_m = 8,
+                      .near_m = 1,
+                      .count = 1}},
+            {.moves = true, .move = {.body = {0.3, 0.2, 0.1}, .most_m = 9, .near_m = 1}}};
+        struct obstacles_query q = kinds[k % 4];
+        double axis_at[3], at[3], least_m = INFINITY;
+        geo_direction(az, el, axis_at);
+        memcpy(q.move.direction, axis_at, sizeof axis_at);
+        now.pose.uncertain_rad = loose;
+        now.pose.altitude_m = between(0.2, 2);
+        quat_from_rpy(between(-0.3, 0.3), between(-0.3, 0.3), between(-3, 3), now.pose.attitude);
+        const struct bottom bottom = bottom_below(now.pose.altitude_m, 0, 0);
+        const struct verdict *v = give(&q);
+        for (int i = 0; i < 2000; i++) {
+            const double free_m = place_in(&q, axis_at, v->corridor.front_m, at);
+            turn_loosely(loose, at);
+            if (is_below(&bottom, at))
+                least_m = fmin(least_m, free_m);
+        }
+        met += least_m < 8;
+        CHECK(least_m >= 8 || v->part[0].bottom_m <= least_m + 1e-9);
+        if (k % 4 == 0) { /* half a degree: the last tile that touches it, and its middle */
+            quat_rotate(now.pose.attitude, axis_at, axis_at);
+            const double lowest = asin(axis_at[2]) + half + loose + geo_rad(0.5);
+            CHECK(v->part[0].bottom_m >= bottom_reach_m(&bottom, sin(fmin(lowest, GEO_PI / 2))));
+        }
+    }
+    CHECK(met > 80);
+    now.pose.uncertain_rad = 0;
+    now.pose.has &= ~(unsigned)POSE_ALTITUDE;
+    quat_from_rpy(0, 0, 0, now.pose.attitude);
+}
+
+/* Also where that is nearer than `near`, from where on the water of a corridor is asked. */
+TEST(the_bottom_that_reaches_into_a_corridors_side_ends_it)
+{
+    struct obstacles_query q = {.line = {.corridor = true, .radius_m = 0.5, .distance_m = 5, .near_m = 1.5}};
+    begin();
+    ping.el_aperture_rad = (float)geo_rad(120);
+    send();
+    now.pose.has |= POSE_ALTITUDE;
+    for (int up_deg = 0; up_deg < 45; up_deg += 5)
+        for (int low = 0; low < 2; low++) {
+            now.pose.altitude_m = low ? 0.5 : 5;
+            q.line.el_rad = geo_rad(up_deg);
+            const struct answer *a = end(&q);
+            CHECK_INT(a->state, low ? ANSWER_UNKNOWN : ANSWER_CLEAR);
+            CHECK(!low || (a->reason == ANSWER_BOTTOM && a->free_to_m == 0));
+        }
+    now.pose.has &= ~(unsigned)POSE_ALTITUDE;
+}
+
+static void turn_axes(double axes_rad)
+{
+    struct picture_frame frame;
+    picture_get_frame(&picture, &frame);
+    frame.axes_rad = axes_rad;
+    picture_begin(&picture);
+    picture_set_frame(&picture, &frame);
+    picture_end(&picture);
+}
+
 /* What may have come to any direction that is asked, as uncertain as the heading is, ends what is promised. */
 TEST(near_holds_no_farther_than_to_what_may_have_come_into_any_of_it)
 {
     int less = 0;
-    for (int heading = 0; heading < 2; heading++) {
+    for (int heading = 0; heading < 3; heading++) {
+        const double axes_rad = heading == 2 ? 1.2 : 0; /* of a grid that is not turned to the north */
         begin();
         looks_at(UINT64_MAX, 0, false);
         turn(4, 0);
+        turn_axes(axes_rad);
         put_post(40, 3, 4);
         now.pose.drift_mps = 0.5;
-        now.pose.heading_radps = heading ? 0.004 : 0;
+        now.pose.heading_radps = heading == 1 ? 0.004 : 0;
         struct obstacles_query sectors = {
             .around = true, .band = {.lo_rad = -0.03, .hi_rad = 0.03, .reach_m = 2.5, .near_m = 4, .count = 100}};
         sectors.band.from_rad = geo_rad(-20);
         sectors.band.width_rad = geo_rad(100);
         const struct verdict *all = give(&sectors);
         for (size_t n = 0; n < 100; n++) {
-            const double part = geo_wrap(geo_rad((double)n - 19.5)) / GEO_TURN * PROMISE_PARTS;
+            const double part = geo_wrap(geo_rad((double)n - 19.5) - axes_rad) / GEO_TURN * PROMISE_PARTS;
             CHECK(all->part[n].promised_m <= fmax(all->horizon.promise.come_m[(int)part % PROMISE_PARTS], OWN_M));
         }
         for (double az_deg = -60; az_deg < 100; az_deg += 0.7) {
@@ -540,7 +717,7 @@ TEST(near_holds_no_farther_than_to_what_may_have_come_into_any_of_it)
                 const struct verdict *v = give(&q);
                 const double half = asin(sin(geo_rad(2.5)) / cos(q.line.el_rad)) + 30 * now.pose.heading_radps;
                 for (double off = -half; off <= half; off += half / 8) {
-                    const double part = geo_wrap(q.line.az_rad + off) / GEO_TURN * PROMISE_PARTS;
+                    const double part = geo_wrap(q.line.az_rad + off - axes_rad) / GEO_TURN * PROMISE_PARTS;
                     const double come_m = v->horizon.promise.come_m[(int)part % PROMISE_PARTS];
                     CHECK(v->part[0].promised_m <= fmax(come_m, OWN_M));
                     less += come_m < 4;
@@ -959,6 +1136,117 @@ TEST(near_holds_where_a_head_has_looked_before_a_fan_filled_the_store)
     CHECK_NEAR(way(&small, 0, 1.8, 4)->known_m, 1.8, 0, 1e-9);
 }
 
+/* ---- why, and from where on ---- */
+
+/* A record of sonar 1: one beam ahead, free between the two ranges, so long ago. */
+static void send_other(double blind_m, double free_to_m, double age_s)
+{
+    const struct echoes fan = ping;
+    const struct beam_echoes first = beam[0];
+    ping.sensor = 1;
+    ping.n_beams = 1;
+    ping.t_ns = NOW - (uint64_t)(age_s * 1e9) - TICK;
+    ping.az_aperture_rad = (float)geo_rad(60);
+    beam[0] = (struct beam_echoes){.blind_m = (float)blind_m, .free_to_m = (float)free_to_m};
+    send();
+    beam[0] = first;
+    ping = fan;
+    ping.seq += 10;
+}
+
+static void send_fan(double blind_m, double free_to_m)
+{
+    for (int i = 0; i < BEAMS; i++) {
+        beam[i].blind_m = (float)blind_m;
+        beam[i].free_to_m = (float)free_to_m;
+        beam[i].n = free_to_m < 10;
+    }
+    send();
+}
+
+/* Water that begins a little beyond the distance is told, for that is what a larger `near` would need; none farther. */
+TEST(water_that_begins_late_is_told_up_to_near_beyond_the_distance)
+{
+    for (double blind_m = 1.7; blind_m < 6; blind_m += 0.4)
+        for (double to_m = 1; to_m < 4; to_m += 1)
+            for (size_t i = 0; i < sizeof asks / sizeof *asks; i++) {
+                begin();
+                send_fan(blind_m, 10);
+                const struct answer *a = asks[i](to_m, 1.5);
+                CHECK_INT(a->state, ANSWER_UNKNOWN);
+                if (asks[i] == corridor ? blind_m > to_m + 1.5 : fabs(blind_m - to_m - 1.5) > 0.4)
+                    CHECK((a->free_to_m > 0) == (blind_m < to_m + 1.5));
+                CHECK(a->free_to_m <= 0 || (a->blind_to_m >= blind_m && a->blind_to_m <= to_m + 1.5));
+                CHECK(a->free_to_m <= 0 || asks[i] == corridor || a->blind_to_m < 1.15 * blind_m + 0.1);
+            }
+}
+
+/* What ends nearer than the bottom is not ended by that. */
+TEST(the_nearest_end_is_the_reason)
+{
+    begin();
+    send_fan(0.75, 2);
+    now.pose.has |= POSE_ALTITUDE;
+    now.pose.altitude_m = 1.2; /* of a cone of 2.5 degrees from 4.9 m on */
+    for (size_t i = 0; i < sizeof asks / sizeof *asks; i++)
+        CHECK_INT(asks[i](8, 1.5)->reason, ANSWER_BEYOND);
+    begin();
+    send_fan(0.75, 10);
+    now.pose.has |= POSE_ALTITUDE;
+    for (size_t i = 0; i < sizeof asks / sizeof *asks; i++)
+        CHECK_INT(asks[i](8, 1.5)->reason, ANSWER_BOTTOM);
+    now.pose.has &= ~(unsigned)POSE_ALTITUDE;
+}
+
+/* By what the water would go on: the sonar's own state and time, and the way since its ping, with what is uncertain of
+ * that. */
+TEST(why_water_goes_on_no_more_is_told_of_the_record_that_has_it)
+{
+    static const struct {
+        double age_s, way_m, uncertain_m;
+        uint64_t lost;
+        enum answer_reason why;
+    } row[] = {{5, 0, 0, 1 << 1, ANSWER_SILENT}, {5, 0, 0, 1 << 2, ANSWER_HEARD}, {5, 0, 0, 0, ANSWER_HEARD},
+               {31, 0, 0, 0, ANSWER_STALE},      {5, 0.1, 0, 0, ANSWER_HEARD},    {5, 0.25, 0, 0, ANSWER_MOVED},
+               {5, 0.15, 0.1, 0, ANSWER_MOVED}};
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
+        begin();
+        now.pose.path_m = now.pose.position_m[0] = 100;
+        send_other(0.75, 10, row[i].age_s);
+        go_ahead(row[i].way_m);
+        now.pose.uncertain_m = row[i].uncertain_m;
+        by.move_limit_m = 0.2;
+        now.lost = row[i].lost;
+        const struct answer *a = cone(5, 1.5);
+        CHECK_INT(a->state, row[i].why == ANSWER_HEARD ? ANSWER_CLEAR : ANSWER_UNKNOWN);
+        CHECK_INT(a->reason, row[i].why);
+        CHECK_NEAR(a->age_s, row[i].age_s, 0, 1e-6);
+    }
+    now.lost = 0;
+}
+
+/* Of a body's way. Water that begins within four times `near` begins too late; what ends beyond `near` has ended. */
+TEST(a_body_is_told_of_water_that_begins_too_late)
+{
+    static const struct {
+        double blind_m, free_m, other_m; /* from where on another sonar has more; 0: none does */
+        uint64_t lost;
+        enum answer_reason why;
+    } row[] = {{0.75, 1, 0, 0, ANSWER_BEYOND}, {0.75, 3, 4, 0, ANSWER_BEYOND}, {1.8, 10, 0, 0, ANSWER_BLIND},
+               {5, 10, 0, 0, ANSWER_BLIND},    {7, 10, 0, 0, ANSWER_BEYOND},   {0.75, 10, 2, 1, ANSWER_SILENT}};
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
+        begin();
+        if (row[i].other_m > 0)
+            send_other(row[i].other_m, 10, 2);
+        send_fan(row[i].blind_m, row[i].free_m);
+        now.lost = row[i].lost;
+        const struct corridor *c = way(&small, 0, 9, 1.5);
+        CHECK(c->known_m < 3.1);
+        CHECK_INT(c->reason, row[i].why);
+    }
+    now.lost = 0;
+}
+
 /* A head of long steps leaves gaps between its own beams; those of another one are lost pings all the same. */
 TEST(near_covers_no_lost_ping_of_a_head_beside_a_coarser_one)
 {
@@ -1091,10 +1379,13 @@ int main(void)
     RUN(each_reason_is_told);
     RUN(what_was_shown_beside_may_have_come_ahead);
     RUN(a_question_is_asked_in_its_own_axes);
+    RUN(without_an_attitude_questions_are_asked_in_the_axes_of_the_body);
     RUN(each_sector_is_told_of_its_own_water);
     RUN(a_sector_that_begins_late_is_asked_where_it_is);
     RUN(the_water_ends_in_a_direction_that_was_asked);
     RUN(the_bottom_is_met_by_the_lowest_direction_of_a_cone);
+    RUN(no_question_goes_through_the_bottom_and_none_ends_above_it);
+    RUN(the_bottom_that_reaches_into_a_corridors_side_ends_it);
     RUN(near_holds_no_farther_than_to_what_may_have_come_into_any_of_it);
     RUN(near_holds_where_a_fan_off_the_middle_has_looked);
     RUN(a_body_goes_where_water_is_observed);
@@ -1110,6 +1401,10 @@ int main(void)
     RUN(near_holds_for_a_head_that_goes_to_and_fro);
     RUN(near_holds_for_as_long_as_a_head_takes_to_turn);
     RUN(near_holds_where_a_head_has_looked_before_a_fan_filled_the_store);
+    RUN(water_that_begins_late_is_told_up_to_near_beyond_the_distance);
+    RUN(the_nearest_end_is_the_reason);
+    RUN(why_water_goes_on_no_more_is_told_of_the_record_that_has_it);
+    RUN(a_body_is_told_of_water_that_begins_too_late);
     RUN(near_covers_no_lost_ping_of_a_head_beside_a_coarser_one);
     RUN(near_covers_no_water_that_a_turn_brings_into_a_still_beam);
     RUN(near_holds_less_the_drift_for_who_has_sunk);
