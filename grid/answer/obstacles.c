@@ -119,7 +119,7 @@ static void look_along(struct along *a, uint32_t ring, uint32_t direction)
     const double need_m = scope_share(&a->scope, scene->picture->axis[direction], ring).need_m;
     if (s.obstacle && s.near_m <= need_m)
         take(a->found, &s, scene);
-    else if (s.hint_m < sight_less(need_m, q->near_m))
+    if (s.hint_m < sight_less(need_m, q->near_m))
         a->found->hint_m = sight_less(a->found->hint_m, s.hint_m);
 }
 
@@ -283,7 +283,7 @@ static void look_around(struct around *a, uint32_t ring, uint32_t direction, con
         const struct overlap_run run = sectors_of(a, &cell, s.near_m, turned);
         add_obstacle(a, &run, &s, direction);
     }
-    if (s.hint_m < bounds->hint_m && !(s.obstacle && s.near_m <= a->band->reach_m)) {
+    if (s.hint_m < bounds->hint_m) { /* nearer than the obstacle it may lie in more sectors than that */
         const struct overlap_run run = sectors_of(a, &cell, s.hint_m, turned);
         add_hint(a, &run, s.hint_m);
     }

@@ -44,11 +44,10 @@ static struct looked look_of(struct promise *p, const double v[3], double near_m
     const struct bearings_looks *looks = &p->frame->looks;
     double u[3] = {v[0], v[1], v[2]};
     sight_from_grid(p->frame, p->now, false, u);
-    const double az_rad = atan2(u[1], u[0]);
+    const double az_rad = atan2(u[1], u[0]), off_rad = asin(fmin(fabs(u[2]), 1)) + p->picture->rings->step_rad;
     return (struct looked){.az_rad = az_rad,
                            .still_rad = still_rad(p, v, near_m),
-                           .by_head = fabs(u[2]) <= sin(looks->level_rad - p->picture->rings->step_rad) &&
-                                      bearings_have(looks->bearings, az_rad, 0)};
+                           .by_head = bearings_have(bearings_level(looks, off_rad), az_rad, 0)};
 }
 
 #define PART_RAD (GEO_TURN / PROMISE_PARTS)
@@ -88,13 +87,14 @@ static const double shown_at_m[] = {100, 6};
 static double left_out_s(const struct promise *p)
 {
     const struct bearings_looks *looks = &p->frame->looks;
+    const uint64_t bearings = bearings_level(looks, 0);
     uint16_t most_ds = 0;
     for (int i = 0; i < BEARINGS; i++) {
         uint16_t ds = BEARINGS_NEVER;
         for (int k = 0; k < BEARINGS_SENSORS; k++)
             if (looks->heard_ds[k][i] < ds)
                 ds = looks->heard_ds[k][i];
-        if ((looks->bearings >> i & 1) && ds > most_ds)
+        if ((bearings >> i & 1) && ds > most_ds)
             most_ds = ds;
     }
     return most_ds < BEARINGS_NEVER ? 0.1 * most_ds + sight_seconds(p->now->now_ns, looks->t_ns) : INFINITY;

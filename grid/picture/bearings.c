@@ -260,8 +260,6 @@ void bearings_tell(const struct bearings *b, const uint32_t turn_ms[BEARINGS_SEN
         const struct bearings_sensor *sensor = &b->sensor[k];
         const bool turns = sensor->moves && sensor->seen, first_turns = turns && sensor->turns < 3;
         const double gap_rad = STEP_MOST * (double)sensor->step_rad - (double)sensor->wide_rad;
-        if (sensor->level_rad > 0)
-            out->level_rad = out->level_rad > 0 ? fmin(out->level_rad, sensor->level_rad) : sensor->level_rad;
         out->last_ns[k] = sensor->last_ns;
         out->back_ds[k] = tenths(b->t_ns, sensor->back_ns);
         out->turn_s[k] = turn_ms[k] * 1e-3;
@@ -269,7 +267,8 @@ void bearings_tell(const struct bearings *b, const uint32_t turn_ms[BEARINGS_SEN
             out->still[k] = sensor->still;
         if (!turns)
             continue;
-        out->bearings |= sensor->turns < 2 ? UINT64_MAX : sensor->seen;
+        out->bearings[k] = sensor->turns < 2 ? UINT64_MAX : sensor->seen;
+        out->level_rad[k] = sensor->level_rad;
         out->hears[k] = sensor->seen & ~sensor->deaf;
         for (int i = 0; i < BEARINGS; i++)
             out->heard_ds[k][i] = tenths(b->t_ns, sensor->heard_ns[i]);
@@ -314,6 +313,15 @@ uint64_t bearings_of(const struct bearings_looks *looks, uint64_t sensors, uint6
             if (looks->heard_ds[k][i] <= most_ds)
                 bearings |= looks->hears[k] & UINT64_C(1) << i;
     }
+    return bearings;
+}
+
+uint64_t bearings_level(const struct bearings_looks *looks, double off_rad)
+{
+    uint64_t bearings = 0;
+    for (int k = 0; k < BEARINGS_SENSORS; k++)
+        if (off_rad <= looks->level_rad[k])
+            bearings |= looks->bearings[k];
     return bearings;
 }
 

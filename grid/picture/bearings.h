@@ -30,8 +30,10 @@ struct bearings_still {
 
 /* What the sonars look at, for the picture. */
 struct bearings_looks {
-    uint64_t bearings;                  /* a head looks there, or may yet */
-    uint64_t t_ns;                      /* as of then, the newest ping */
+    uint64_t t_ns; /* as of then, the newest ping */
+    /* Where each head looks, or may yet, and how far above and below the body's level plane it hears at all of these. */
+    uint64_t bearings[BEARINGS_SENSORS];
+    double level_rad[BEARINGS_SENSORS];
     uint64_t hears[BEARINGS_SENSORS];   /* where each head looks, or passes, and was not deaf at its last look */
     uint64_t last_ns[BEARINGS_SENSORS]; /* of each sonar, the last ping; 0: none */
     struct bearings_still still[BEARINGS_SENSORS];
@@ -40,7 +42,6 @@ struct bearings_looks {
      * sensor last came back after it had been away. */
     uint16_t heard_ds[BEARINGS_SENSORS][BEARINGS];
     uint16_t back_ds[BEARINGS_SENSORS];
-    double level_rad; /* so far above and below the body's level plane heads hear at all these bearings */
     /* so wide a gap between two beams is that head's own, not a lost ping's; 0: none is */
     double gap_rad[BEARINGS_SENSORS];
     uint64_t first_turns; /* a whole word; 1: some head has not been everywhere twice */
@@ -87,6 +88,10 @@ bool bearings_counts(const struct bearings_looks *looks, uint32_t sensor, uint64
 /** bearings_of - at which bearings the heads of that set of sensors show what is there at now_ns: where they have
  * heard, by a look that counts. */
 uint64_t bearings_of(const struct bearings_looks *looks, uint64_t sensors, uint64_t now_ns, double clear_for_s);
+
+/** bearings_level - at which bearings heads look that hear so far above and below the body's level plane. One that does
+ * not leaves to the others what they look at. */
+uint64_t bearings_level(const struct bearings_looks *looks, double off_rad);
 
 /** bearings_have - does the set hold all azimuths of the body within so much of one, and a part to either side? At its
  * edges nobody may look. within_rad: up to half a turn. */

@@ -31,7 +31,8 @@ struct picture_obstacle {
 /* One direction. */
 struct picture_entry {
     uint64_t t_look_ns; /* a ping looked in this direction last; 0: never. Advice on where to look, and no more */
-    struct picture_obstacle obstacle[PICTURE_OBSTACLES]; /* nearest first */
+    /* nearest first; the last one blocks for as long as any behind it that there is no room for */
+    struct picture_obstacle obstacle[PICTURE_OBSTACLES];
     float hint_m; /* near edge of the nearest echo that is too little to block, > 0; 0: none */
     uint32_t reserved;
 };

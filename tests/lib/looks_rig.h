@@ -10,11 +10,11 @@ static inline void looks_at(uint64_t bearings, double gap_deg, bool first_turns)
 {
     struct picture_frame frame;
     picture_get_frame(&picture, &frame);
-    frame.looks = (struct bearings_looks){.bearings = bearings,
+    frame.looks = (struct bearings_looks){.bearings = {bearings},
                                           .t_ns = NOW,
                                           .hears = {bearings},
                                           .last_ns = {NOW},
-                                          .level_rad = geo_rad(10),
+                                          .level_rad = {geo_rad(10)},
                                           .gap_rad = {geo_rad(gap_deg)},
                                           .first_turns = first_turns};
     picture_begin(&picture);

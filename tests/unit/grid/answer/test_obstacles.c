@@ -283,10 +283,52 @@ TEST(nothing_in_a_sector_is_passed_over)
     }
 }
 
+/* Of a vehicle that may be 0.2 m off an echo 0.8 m away lies up to 14 degrees beside where it seems to. */
+TEST(a_weak_echo_counts_wherever_it_may_lie_whatever_stands_behind_it)
+{
+    for (int behind = 0; behind < 2; behind++) {
+        struct obstacles_found found[SECTORS];
+        struct picture_entry e = {.hint_m = 0.8f};
+        const struct obstacles_query q = {
+            .around = true,
+            .band = {.lo_rad = geo_rad(-5), .hi_rad = geo_rad(5), .reach_m = 6, .near_m = 1, .count = SECTORS}};
+        start_with(rings_full(&rings, geo_rad(3)), true);
+        if (behind)
+            e.obstacle[0] = (struct picture_obstacle){
+                .t_ref_ns = NOW, .t_echo_ns = NOW, .logodds = 4, .near_m = 5, .range_m = 5, .sd_m = 0.05f};
+        picture_begin(&picture);
+        picture_set(&picture, rings_index(&rings, geo_rad(1), geo_rad(1)), &e);
+        picture_end(&picture);
+        now.pose.uncertain_m = 0.2;
+        find(&q, found);
+        for (int k = -1; k <= 1; k++)
+            CHECK_NEAR(found[(k + SECTORS) % SECTORS].hint_m, 0.6, 0, 1e-6);
+    }
+}
+
+/* Along a corridor, at the corner of which something stands that is beyond its end and does not block. */
+TEST(a_weak_echo_in_a_corridor_counts_before_what_stands_at_its_corner)
+{
+    struct obstacles_found found[SECTORS];
+    struct picture_entry e = {.hint_m = 0.8f};
+    const struct obstacles_query q = {.line = {.distance_m = 5, .corridor = true, .radius_m = 1, .near_m = 1}};
+    start_with(rings_full(&rings, geo_rad(3)), true);
+    e.obstacle[0] = (struct picture_obstacle){
+        .t_ref_ns = NOW, .t_echo_ns = NOW, .logodds = 4, .near_m = 5.005f, .range_m = 5.05f, .sd_m = 0.05f};
+    picture_begin(&picture);
+    picture_set(&picture, rings_index(&rings, geo_rad(4), geo_rad(1)), &e);
+    picture_end(&picture);
+    find(&q, found);
+    CHECK(found[0].any && found[0].near_m > 5);
+    CHECK_NEAR(found[0].hint_m, 0.8, 0, 1e-6);
+}
+
 int main(void)
 {
     RUN(nothing_in_a_cone_or_corridor_is_passed_over);
     RUN(nothing_in_a_sector_is_passed_over);
     RUN(of_many_directions_no_other_is_found_than_of_each_alone);
+    RUN(a_weak_echo_counts_wherever_it_may_lie_whatever_stands_behind_it);
+    RUN(a_weak_echo_in_a_corridor_counts_before_what_stands_at_its_corner);
     return test_end();
 }

@@ -3,6 +3,7 @@
 #include "tests/lib/looks_rig.h"
 
 #include "grid/answer/promise.h"
+#include "grid/ping.h"
 
 static void start(void)
 {
@@ -52,6 +53,42 @@ TEST(near_is_no_leave_where_a_sonar_looks_and_has_not_looked)
         CHECK_NEAR(promised(row[i].az_deg, unseen, 3), row[i].known ? 3 : 0, 0, 1e-9);
         CHECK_NEAR(promised(row[i].az_deg, seen_all, 3), 3, 0, 1e-9);
     }
+}
+
+/* A level beam of a head; it hears nothing usable, or open water. */
+static void look_once(struct bearings *b, unsigned sensor, double az_deg, double high_deg, bool deaf)
+{
+    struct beam_echoes beam = {.az_rad = (float)geo_rad(az_deg), .state = deaf ? BEAM_BLIND : BEAM_SILENT};
+    const struct echoes e = {.t_ns = NOW,
+                             .sensor = (uint16_t)sensor,
+                             .n_beams = 1,
+                             .turns = true,
+                             .flags = az_deg == 0 ? PING_NEW_TURN : 0,
+                             .az_aperture_rad = (float)geo_rad(3),
+                             .el_aperture_rad = (float)geo_rad(high_deg),
+                             .beam = &beam};
+    beam.heard_to_m = beam.free_to_m = deaf ? 0 : 10;
+    bearings_enter(b, &e, &mount_identity);
+}
+
+/* A head 25 degrees high goes round and hears nothing ahead, where a flat one does not look: with the vehicle tilted
+ * that hears at no level bearing, and the other does as before. */
+TEST(a_flat_head_takes_no_bearing_from_a_higher_one)
+{
+    for (int heads = 1; heads <= 2; heads++)
+        for (double pitch_deg = 0; pitch_deg <= 12; pitch_deg += 2) {
+            struct bearings b = {0};
+            start();
+            for (int k = 0; k < 3 * 120; k++) {
+                const int deg = 3 * k % 360;
+                look_once(&b, 0, deg, 25, deg < 90 || deg > 270);
+                if (heads > 1)
+                    look_once(&b, 1, 180 + deg / 6.0 - 30, 10.4, false);
+            }
+            tell_looks(&b, 6);
+            quat_from_rpy(0, geo_rad(pitch_deg), 0, now.pose.attitude);
+            CHECK_NEAR(promised(0, unseen, 3), pitch_deg > 12.5 - 3 ? 3 : 0, 0, 1e-9);
+        }
 }
 
 /* What stood beyond near when a beam showed water has come nearer by the drift since. A deaf ping shows none. */
@@ -369,11 +406,11 @@ TEST(near_covers_nothing_more_where_no_sonar_hears)
         struct picture_frame frame;
         start();
         picture_get_frame(&picture, &frame);
-        frame.looks = (struct bearings_looks){.bearings = row[i].bearings,
+        frame.looks = (struct bearings_looks){.bearings = {row[i].bearings},
                                               .t_ns = NOW - (uint64_t)(row[i].told_s * 1e9),
                                               .hears = {row[i].hears[0], row[i].hears[1]},
                                               .last_ns = {NOW - (uint64_t)(row[i].silent_s * 1e9), NOW},
-                                              .level_rad = geo_rad(10),
+                                              .level_rad = {geo_rad(10)},
                                               .gap_rad = {geo_rad(3)},
                                               .first_turns = row[i].first_turns};
         frame.looks.turn_s[0] = row[i].turn_s;
@@ -420,6 +457,7 @@ TEST(what_a_fan_off_the_middle_showed_may_have_come)
 int main(void)
 {
     RUN(near_is_no_leave_where_a_sonar_looks_and_has_not_looked);
+    RUN(a_flat_head_takes_no_bearing_from_a_higher_one);
     RUN(near_shrinks_as_a_vehicle_drifts);
     RUN(what_was_shown_beside_may_have_come_ahead);
     RUN(near_covers_no_lost_ping);

@@ -18,9 +18,9 @@ static void start(void)
 {
     start_with(rings_full(&rings, geo_rad(STEP)), false);
     frame = (struct picture_frame){.pings = 1, .t_ping_ns = NOW, .range_max_m = 20, .turn_s = TURN_S};
-    frame.looks.bearings = UINT64_MAX;
+    frame.looks.bearings[0] = UINT64_MAX;
     frame.looks.t_ns = NOW;
-    frame.looks.level_rad = geo_rad(12);
+    frame.looks.level_rad[0] = geo_rad(12);
     for (int k = 1; k < BEARINGS_SENSORS; k++)
         memset(frame.looks.heard_ds[k], 0xff, sizeof frame.looks.heard_ds[k]);
     now.pose.drift_mps = 0.5;
@@ -118,7 +118,7 @@ TEST(only_what_blocks_and_is_looked_at_and_was_not_looked_at_since_may_have_come
     for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
         start();
         now.pose.drift_mps = row[i].drift_mps;
-        frame.looks.bearings = row[i].heads ? UINT64_MAX : 0;
+        frame.looks.bearings[0] = row[i].heads ? UINT64_MAX : 0;
         show(75, row[i].el_deg, row[i].age_s, row[i].odds);
         CHECK_INT(has_come(), row[i].comes);
     }
@@ -131,7 +131,7 @@ TEST(what_a_head_has_left_out_it_has_not_looked_at)
         frame.looks.heard_ds[0][7] = left_out ? 120 : 0; /* 12 s ago */
         show(75, 1, 11, 4);
         CHECK_INT(has_come(), left_out);
-        frame.looks.bearings &= ~(UINT64_C(1) << 7); /* it need not look there */
+        frame.looks.bearings[0] &= ~(UINT64_C(1) << 7); /* it need not look there */
         CHECK(!has_come());
     }
     start(); /* and all of it for as long as there was no ping */

@@ -92,7 +92,7 @@ static bool at_place(double deg, double up_deg)
         bearings_row(&looks, &view, geo_rad(up_deg), 3, row);
     told = b;
     told_deg = up_deg;
-    return bearings_have(looks.bearings, geo_rad(deg), 0) ||
+    return bearings_have(bearings_level(&looks, 0), geo_rad(deg), 0) ||
            bearings_inside(row, geo_rad(deg), geo_rad(edge_deg)) > 0;
 }
 
@@ -101,11 +101,11 @@ static bool at(double deg)
     return at_place(deg, 0);
 }
 
-static double level_deg(void)
+static double level_deg(unsigned sensor)
 {
     struct bearings_looks looks;
     bearings_tell(&b, turn_ms, &looks);
-    return geo_deg(looks.level_rad);
+    return geo_deg(looks.level_rad[sensor]);
 }
 
 /* In cells that lie in it does a still sonar look above and below level there. */
@@ -192,7 +192,7 @@ TEST(a_beam_that_stays_looks_where_it_points)
             ping(0, 1, 0, 0, 25, false);
         struct bearings_looks looks;
         bearings_tell(&b, turn_ms, &looks);
-        CHECK(!looks.first_turns && !looks.bearings);
+        CHECK(!looks.first_turns && !bearings_level(&looks, 0));
         for (double off = -180; off < 180; off += 0.25)
             if (fabs(fabs(off) - row[i].half_deg) > 1)
                 CHECK(at(30 + off) == (fabs(off) < row[i].half_deg));
@@ -286,7 +286,7 @@ TEST(a_head_on_another_mount_has_looked_nowhere)
     CHECK(shows(180) && !shows(0) && !at(0));
 }
 
-TEST(sensors_add_up_and_the_least_opening_of_heads_counts)
+TEST(sensors_add_up_and_each_head_has_its_own_opening)
 {
     start(0, 0, 0);
     ping(0, 32, -48, 48, 20, true);
@@ -295,10 +295,11 @@ TEST(sensors_add_up_and_the_least_opening_of_heads_counts)
     CHECK(is_high(0, 10) && is_high(100, 6));
     sweeps(2, 1, 20); /* one in its first turn */
     CHECK(at(200));
-    CHECK_NEAR(level_deg(), 12.5, 1e-4, 0);
+    CHECK_NEAR(level_deg(2), 12.5, 1e-4, 0);
     for (int deg = 0; deg < 30; deg += 3)
         ping(3, 1, deg, deg, 14, deg == 0);
-    CHECK_NEAR(level_deg(), 7, 1e-4, 0);
+    CHECK_NEAR(level_deg(2), 12.5, 1e-4, 0);
+    CHECK_NEAR(level_deg(3), 7, 1e-4, 0);
 }
 
 /* A single deaf beam is forgiven; two in a row are not, until a beam hears there again. */
@@ -319,7 +320,7 @@ TEST(a_head_shows_nothing_where_it_is_deaf)
             bearings_tell(&b, turn_ms, &looks);
             const bool shown = turn != 3 || row[i].shown;
             CHECK(shows(0) == shown);
-            CHECK(bearings_have(looks.bearings, 0, 0)); /* it looks there all the same */
+            CHECK(bearings_have(bearings_level(&looks, 0), 0, 0)); /* it looks there all the same */
         }
     }
     start(0, 0, 0);
@@ -573,7 +574,7 @@ TEST(a_fan_that_begins_at_another_bearing_each_time_does_not_turn)
         ping(0, 32, -48 + k % 3, 48, 20, true);
     struct bearings_looks looks;
     bearings_tell(&b, turn_ms, &looks);
-    CHECK(!looks.bearings && !looks.first_turns && !looks.hears[0]);
+    CHECK(!bearings_level(&looks, 0) && !looks.first_turns && !looks.hears[0]);
     CHECK(at(0) && at(40) && at(-40) && !at(180));
 }
 
@@ -623,7 +624,7 @@ int main(void)
     RUN(a_head_that_hears_little_above_and_below_level_shows_no_bearing);
     RUN(a_fan_looks_where_any_of_its_beams_does);
     RUN(a_head_on_another_mount_has_looked_nowhere);
-    RUN(sensors_add_up_and_the_least_opening_of_heads_counts);
+    RUN(sensors_add_up_and_each_head_has_its_own_opening);
     RUN(beams_that_stay_apart_leave_open_what_lies_between);
     RUN(a_beam_on_its_side_is_as_wide_as_it_is_high);
     RUN(a_head_shows_nothing_where_it_is_deaf);

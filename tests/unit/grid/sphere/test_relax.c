@@ -130,14 +130,21 @@ static double relaxed(uint32_t d, uint32_t layer, double mu)
     return l;
 }
 
-/* Evidence of a direction's obstacles, as many as the picture has room for: those by themselves come first. */
+/* Evidence of a direction's obstacles, as many as the picture has room for: those by themselves come first. The last
+ * one has that of the longest of those behind it. */
 static unsigned expected(uint32_t d, double mu, double logodds[PICTURE_OBSTACLES], unsigned *added)
 {
     const double blocked = (double)sphere_picture(sphere)->blocked_logodds;
     unsigned n = 0;
-    for (uint32_t l = 0; l < LAYERS && n < PICTURE_OBSTACLES; l++)
-        if (cell[d][l].logodds > blocked)
-            logodds[n++] = cell[d][l].logodds;
+    double last = 0;
+    for (uint32_t l = 0; l < LAYERS; l++) {
+        const double own = cell[d][l].logodds, lasts = cell[d][l].flags & SPHERE_LOCKED ? (double)INFINITY : own;
+        if (own <= blocked || (n == PICTURE_OBSTACLES && lasts <= last))
+            continue;
+        n += n < PICTURE_OBSTACLES;
+        logodds[n - 1] = own;
+        last = lasts;
+    }
     for (uint32_t l = 0; l < LAYERS && n < PICTURE_OBSTACLES && sphere_pinged(sphere, d); l++) {
         const double own = cell[d][l].logodds, all = relaxed(d, l, mu);
         if (own <= blocked && !(cell[d][l].flags & SPHERE_LOCKED) && all > blocked) {

@@ -1301,8 +1301,38 @@ TEST(a_level_grid_on_a_vehicle_that_pitches_claims_only_what_the_fan_covers)
     CHECK_INT(a.state, ANSWER_UNKNOWN);
 }
 
+/* A direction's picture has room for two obstacles. With weak ones before it a wall blocks for as long as without. */
+TEST(a_wall_blocks_for_as_long_as_without_weak_echoes_before_it)
+{
+    static const double at_m[] = {2, 3, 4, 8};
+    for (int before = 0; before <= 3; before++) {
+        struct beam_echoes beam = {.blind_m = 0.3f, .state = BEAM_ECHO, .free_to_m = 1.9f, .heard_to_m = 10};
+        start(&usual);
+        for (int i = 3 - before; i <= 3; i++)
+            beam.echo[beam.n++] = (struct echo){.range_m = (float)at_m[i],
+                                                .near_m = (float)at_m[i] - 0.02f,
+                                                .sd_m = 0.01f,
+                                                .confidence = i == 3 ? 0.9f : 0.3f};
+        const struct echoes e = {.t_ns = now.now_ns,
+                                 .n_beams = 1,
+                                 .range_max_m = 20,
+                                 .az_aperture_rad = (float)geo_rad(2),
+                                 .el_aperture_rad = (float)geo_rad(25),
+                                 .pose = now.pose,
+                                 .beam = &beam};
+        rig_enter(&e, &mount);
+        CHECK_NEAR(ask(0, 10).range_m, at_m[3 - before], 0, 0.05);
+        now.now_ns += 60 * SECOND; /* the weak ones have faded */
+        CHECK_INT(ask(0, 10).state, ANSWER_BLOCKED);
+        CHECK(ask(0, 10).range_m <= 8.05);
+        now.now_ns += 30 * SECOND; /* and the wall */
+        CHECK_INT(ask(0, 10).state, ANSWER_UNKNOWN);
+    }
+}
+
 int main(void)
 {
+    RUN(a_wall_blocks_for_as_long_as_without_weak_echoes_before_it);
     RUN(nothing_pinged_is_unknown_everywhere);
     RUN(an_echo_blocks_beyond_it_and_the_water_before_it_is_clear);
     RUN(a_drift_before_a_ping_brings_no_echo_of_it_nearer);
