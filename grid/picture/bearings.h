@@ -31,7 +31,7 @@ struct bearings_still {
 /* What the sonars look at, for the picture. */
 struct bearings_looks {
     uint64_t t_ns; /* as of then, the newest ping */
-    /* Where each head looks, or may yet, and how far above and below the body's level plane it hears at all of these. */
+    /* Where each head looks, or may yet, and how far above and below the body's level plane it hears at all of them */
     uint64_t bearings[BEARINGS_SENSORS];
     double level_rad[BEARINGS_SENSORS];
     uint64_t hears[BEARINGS_SENSORS];   /* where each head looks, or passes, and was not deaf at its last look */
