@@ -8,7 +8,8 @@
 
 #include "verdict.h"
 
-/** verdict_heed_bottom - where each part of that question meets the bottom: bottom_m and bottom_at. */
+/** verdict_heed_bottom - where each part of that question meets the bottom, from the vehicle on: bottom_m and
+ * bottom_at. */
 void verdict_heed_bottom(struct verdict *v, const struct ask_question *asked);
 
 /** verdict_heed_shown - how far `near` is promised to a vehicle that drifts: promised_m of each part. */

@@ -37,4 +37,15 @@ static inline void start_with(bool good, bool ned)
     now = (struct answer_now){.now_ns = NOW, .pose_fresh = true, .pose = pose_identity};
 }
 
+/* The picture changes, as by a ping, and its azimuth 0 lies there from now on. */
+static inline void turn_axes(double axes_rad)
+{
+    struct picture_frame frame;
+    picture_get_frame(&picture, &frame);
+    frame.axes_rad = axes_rad;
+    picture_begin(&picture);
+    picture_set_frame(&picture, &frame);
+    picture_end(&picture);
+}
+
 #endif

@@ -291,31 +291,20 @@ TEST(an_obstacle_fades_from_its_own_time_on)
     }
 }
 
-/* As a ping would; the axes turn with it. */
-static void change_picture(double axes_rad)
-{
-    struct picture_frame frame;
-    picture_get_frame(&picture, &frame);
-    frame.axes_rad = axes_rad;
-    picture_begin(&picture);
-    picture_set_frame(&picture, &frame);
-    picture_end(&picture);
-}
-
 TEST(what_changed_while_it_was_read_is_read_again)
 {
     start();
     struct sight_reading once = {.picture = &picture}, twice = once, restless = once, turning = once;
     CHECK(sight_reads(&once) && !sight_reads(&once));
     CHECK(sight_reads(&twice));
-    change_picture(0);
+    turn_axes(0);
     CHECK(sight_reads(&twice) && !sight_reads(&twice));
     int n = 0, turned = 0;
     for (; n < 99 && sight_reads(&restless); n++)
-        change_picture(0);
+        turn_axes(0);
     CHECK(n > 1 && n < 99);
     for (; turned < 99 && sight_reads(&turning); turned++)
-        change_picture(0.01 * (turned + 1));
+        turn_axes(0.01 * (turned + 1));
     CHECK_INT(turned, 99); /* never ends with what was read under two sets of axes */
 }
 

@@ -676,16 +676,6 @@ TEST(the_bottom_that_reaches_into_a_corridors_side_ends_it)
     now.pose.has &= ~(unsigned)POSE_ALTITUDE;
 }
 
-static void turn_axes(double axes_rad)
-{
-    struct picture_frame frame;
-    picture_get_frame(&picture, &frame);
-    frame.axes_rad = axes_rad;
-    picture_begin(&picture);
-    picture_set_frame(&picture, &frame);
-    picture_end(&picture);
-}
-
 /* What may have come to any direction that is asked, as uncertain as the heading is, ends what is promised. */
 TEST(near_holds_no_farther_than_to_what_may_have_come_into_any_of_it)
 {
