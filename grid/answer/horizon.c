@@ -131,26 +131,58 @@ bool horizon_take(struct horizon *h, const struct ask *ask, const struct horizon
     return is_open(h);
 }
 
-/* Has anybody looked there, no farther aside than half of what two of that sonar's beams leave out? */
-static bool is_seen(const struct horizon *h, double az_rad, const struct water_view *looks, int n)
+/*
+ * Was that place in somebody's beam, or no farther beside it than half of what two of that sonar's beams leave out?
+ * thick: than half of what these leave out at `near`. So thin a thing nobody promises to be found there, and no thinner
+ * one needs to be found on the way.
+ */
+static bool is_looked_at(const struct horizon *h, const double v[3], double at_m, bool thick,
+                         const struct water_view *look)
 {
-    const double v[3] = {cos(az_rad), sin(az_rad), 0}, *gap_rad = h->promise.frame->looks.gap_rad;
-    for (int i = 0; i < n; i++)
-        if (!looks[i].lost &&
-            water_shows(&looks[i], v, h->near_m, gap_rad[looks[i].record->sensor % BEARINGS_SENSORS] / 2))
-            return true;
-    return false;
+    const double within_rad = h->promise.frame->looks.gap_rad[look->record->sensor % BEARINGS_SENSORS] / 2;
+    const struct water_sought sought = {h->near_m, within_rad, thick ? h->near_m * sin(within_rad) : 0};
+    return !look->lost && water_looks(look, v, at_m, &sought);
+}
+
+/* A ray from where on heads look. */
+struct ray {
+    double v[3], from_m;
+};
+
+#define PLACES 48 /* along it */
+
+/* How far along it anybody has looked, in steps: what stands there has never been in a beam if some of the way has not,
+ * whatever was seen behind it from elsewhere. */
+static double way_looked_m(const struct horizon *h, const struct ray *ray, bool thick,
+                           const struct water_view *looks, int n)
+{
+    const double step_m = (h->near_m - ray->from_m) / PLACES;
+    int looked = 0, before = -1;
+    while (looked > before && looked <= PLACES) {
+        before = looked;
+        for (int i = 0; i < n; i++)
+            while (looked <= PLACES && is_looked_at(h, ray->v, ray->from_m + looked * step_m, thick, &looks[i]))
+                looked++;
+    }
+    return looked > PLACES ? h->near_m : looked > 0 ? ray->from_m + (looked - 1) * step_m : 0;
 }
 
 #define RAYS 4 /* of a part, a third of a degree apart: a lost ping leaves out more */
 
-/* Does a part have some water that nobody has looked at? */
-static bool is_blank(const struct horizon *h, uint32_t part, const struct water_view *looks, int n)
+/* How far all of a part was looked at: to its end, or so far that even what is thin was. */
+static double looked_m(struct horizon *h, uint32_t part, const struct water_view *looks, int n)
 {
-    for (int i = 0; i < RAYS; i++)
-        if (!is_seen(h, (part + (i + 0.5) / RAYS) * PART_RAD, looks, n))
-            return true;
-    return false;
+    double least_m = h->near_m;
+    struct ray ray = {
+        .from_m = promise_looks_from_m(&h->promise, grid_rad(h, part), LEAST_SHARE * h->near_m, h->near_m)};
+    for (int i = 0; i < RAYS && least_m > 0; i++) {
+        geo_direction((part + (i + 0.5) / RAYS) * PART_RAD, 0, ray.v);
+        double to_m = way_looked_m(h, &ray, true, looks, n);
+        if (to_m > 0 && to_m < h->near_m)
+            to_m = way_looked_m(h, &ray, false, looks, n);
+        least_m = fmin(least_m, to_m);
+    }
+    return least_m;
 }
 
 #define FROM_HERE                                                                                                 \
@@ -211,9 +243,9 @@ void horizon_end(struct horizon *h, const struct water_view *view, int n, const 
         struct promise_look *look = &h->look[k];
         if (!shown_at(h, i))
             take_edge(h, i);
-        if (!h->drifts && !look->goes_on && promise_heeds(&h->promise, grid_rad(h, k), h->near_m)) {
-            look->goes_on = look->sure_m == 0 && begins_late(h, k, view, n);
-            look->blank = is_blank(h, k, looks, n_looks);
+        if (!h->drifts && promise_heeds(&h->promise, grid_rad(h, k), h->near_m)) {
+            look->goes_on = look->goes_on || (look->sure_m == 0 && begins_late(h, k, view, n));
+            look->looked_m = looked_m(h, k, looks, n_looks);
         }
         h->level_m[k] = promise_m(&h->promise, grid_rad(h, k), look, h->near_m);
     }

@@ -206,17 +206,42 @@ static double edge_m(const struct promise *p, const struct looked *looked, const
 static double unshown_m(struct promise *p, const double v[3], const struct promise_look *look, double near_m)
 {
     const bool drifts = p->now->pose.drift_mps > 0;
-    if (look->goes_on)
-        return near_m;
     const struct looked looked = look_of(p, v, near_m);
     if (!looked.by_head && looked.still_rad <= 0)
         return near_m;
+    const bool shown = bearings_have(p->shown, looked.az_rad, 0);
+    if (shown && !drifts)
+        return fmin(look->looked_m, near_m);
+    if (look->goes_on)
+        return near_m;
     const double left_m = drifts ? adrift_m(p, look, near_m) : near_m;
-    if (!bearings_have(p->shown, looked.az_rad, 0)) /* by no head: what nobody has shown nobody promises */
+    if (!shown) /* by no head: what nobody has shown nobody promises */
         return fmin(fmax(look->sure_m, edge_m(p, &looked, look)), left_m);
-    if (drifts)
-        return left_m;
-    return look->blank ? look->sure_m : near_m;
+    return left_m;
+}
+
+static void level_axis(double az_rad, double v[3])
+{
+    v[0] = cos(az_rad);
+    v[1] = sin(az_rad);
+    v[2] = 0;
+}
+
+#define STEPS 64 /* to near_m */
+
+double promise_looks_from_m(struct promise *p, double az_rad, double least_m, double near_m)
+{
+    double v[3], from_m = least_m;
+    level_axis(az_rad, v);
+    sight_from_grid(p->frame, p->now, false, v);
+    const double off_rad = asin(fmin(fabs(v[2]), 1)) + p->picture->rings->step_rad;
+    for (int i = 0; i < STEPS; i++) {
+        const double at_m[3] = {from_m * v[0], from_m * v[1], from_m * v[2]};
+        if (bearings_look(&p->frame->looks, off_rad, at_m))
+            break;
+        from_m = least_m + (near_m - least_m) * (i + 1) / STEPS;
+    }
+    return from_m;
 }
 
 double promise_come_m(const struct promise *p, double az_rad, double half_rad)
@@ -227,13 +252,6 @@ double promise_come_m(const struct promise *p, double az_rad, double half_rad)
     for (int i = 0; i < n; i++)
         come_m = fmin(come_m, p->come_m[((first + i) % PROMISE_PARTS + PROMISE_PARTS) % PROMISE_PARTS]);
     return come_m;
-}
-
-static void level_axis(double az_rad, double v[3])
-{
-    v[0] = cos(az_rad);
-    v[1] = sin(az_rad);
-    v[2] = 0;
 }
 
 bool promise_asks(struct promise *p, double az_rad, double near_m)

@@ -45,8 +45,8 @@ struct promise_look {
     /* The last ping lies so uncertainly that its edge may be here, though it showed water, or beside such water. 0:
      * it does not, or was long ago. */
     double loose_m, loose_rad;
-    /* Nobody has looked at some of it, and that is wider than what lies between two of a sonar's beams. */
-    bool blank;
+    /* Beams have looked at all of it so far, but for what lies between two of a sonar's beams. */
+    double looked_m;
 };
 
 /**
@@ -59,6 +59,9 @@ double promise_m(struct promise *p, double az_rad, const struct promise_look *lo
  * was shown, whatever is uncertain since? */
 bool promise_heeds(struct promise *p, double az_rad, double near_m);
 bool promise_asks(struct promise *p, double az_rad, double near_m);
+
+/** promise_looks_from_m - from which range on heads look there, between least_m and near_m: nearer they never will. */
+double promise_looks_from_m(struct promise *p, double az_rad, double least_m, double near_m);
 
 /**
  * promise_come_m - how near what beams showed in other directions may stand by now, within half_rad of that azimuth of

@@ -265,6 +265,7 @@ void bearings_tell(const struct bearings *b, const uint32_t turn_ms[BEARINGS_SEN
         out->turn_s[k] = turn_ms[k] * 1e-3;
         if (!sensor->moves)
             out->still[k] = sensor->still;
+        memcpy(out->place_m[k], sensor->still.mount.position_m, sizeof out->place_m[k]);
         if (!turns)
             continue;
         out->bearings[k] = sensor->turns < 2 ? UINT64_MAX : sensor->seen;
@@ -323,6 +324,17 @@ uint64_t bearings_level(const struct bearings_looks *looks, double off_rad)
         if (off_rad <= looks->level_rad[k])
             bearings |= looks->bearings[k];
     return bearings;
+}
+
+bool bearings_look(const struct bearings_looks *looks, double off_rad, const double at_m[3])
+{
+    bool found[3] = {false};
+    for (int k = 0; k < BEARINGS_SENSORS; k++) {
+        const double az_rad = atan2(at_m[1] - looks->place_m[k][1], at_m[0] - looks->place_m[k][0]);
+        for (int i = 0; i < 3 && off_rad <= looks->level_rad[k]; i++)
+            found[i] = found[i] || (looks->bearings[k] & part(az_rad + (i - 1) * PART_RAD));
+    }
+    return found[0] && found[1] && found[2];
 }
 
 bool bearings_have(uint64_t set, double az_rad, double within_rad)

@@ -37,7 +37,8 @@ struct bearings_looks {
     uint64_t hears[BEARINGS_SENSORS];   /* where each head looks, or passes, and was not deaf at its last look */
     uint64_t last_ns[BEARINGS_SENSORS]; /* of each sonar, the last ping; 0: none */
     struct bearings_still still[BEARINGS_SENSORS];
-    double turn_s[BEARINGS_SENSORS]; /* how long its last turn took; 0: not known */
+    double place_m[BEARINGS_SENSORS][3]; /* of each sensor, in the body */
+    double turn_s[BEARINGS_SENSORS];     /* how long its last turn took; 0: not known */
     /* Tenths of a second before t_ns, rounded up, BEARINGS_NEVER at most: when a head last heard there, and when the
      * sensor last came back after it had been away. */
     uint16_t heard_ds[BEARINGS_SENSORS][BEARINGS];
@@ -92,6 +93,10 @@ uint64_t bearings_of(const struct bearings_looks *looks, uint64_t sensors, uint6
 /** bearings_level - at which bearings heads look that hear so far above and below the body's level plane. One that does
  * not leaves to the others what they look at. */
 uint64_t bearings_level(const struct bearings_looks *looks, double off_rad);
+
+/** bearings_look - as bearings_level and bearings_have, of a place in the body's axes. Near by a head that is not in
+ * the middle looks elsewhere than far away. */
+bool bearings_look(const struct bearings_looks *looks, double off_rad, const double at_m[3]);
 
 /** bearings_have - does the set hold all azimuths of the body within so much of one, and a part to either side? At its
  * edges nobody may look. within_rad: up to half a turn. */

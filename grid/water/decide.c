@@ -471,37 +471,33 @@ bool water_covers(const struct water_view *view, const struct water_tile *tile, 
     return touch(&k, &s).any;
 }
 
-#define BEGINNING 0.1 /* of the way */
-
-/* A column's beam: up to its echo, or to where it would have heard one. Behind that nobody has looked: not where the
- * vehicle has come to since. A gap between beams frees nothing and ends nothing; nor does one deaf beam. */
-static bool hears_to(const struct deciding *k, const struct water_cell *cell, double at_m)
+/* Does a column's beam reach so far: up to its echo, or to where it would have heard one? Behind that nobody has
+ * looked. A gap between beams frees nothing and ends nothing; nor does one deaf beam. */
+static bool reaches(const struct water_cell *cell, double range_m)
 {
-    const double gone_m = k->lever_m - k->view->record->lever_m,
-                 on_way_m = fmin(fmax(gone_m, BEGINNING * at_m), at_m);
     const int to = cell->ends != WATER_NO_END && cell->ends > cell->most ? cell->ends : cell->most;
-    return to > 0 && to * WATER_UNIT_M + k->view->record->lever_m >= point_at(k, on_way_m).range;
+    return to > 0 && range_m <= to * WATER_UNIT_M;
 }
 
-bool water_shows(const struct water_view *view, const double v[3], double at_m, double within_rad)
+bool water_looks(const struct water_view *view, const double v[3], double at_m, const struct water_sought *sought)
 {
     const struct water_tile line = {.v = {v[0], v[1], v[2]}};
+    const struct water_image *image = &view->record->image;
+    const struct water_cell *row = image->cell + image->rows / 2 * image->columns;
     const struct deciding k = begin(view, &line);
     const struct point at = point_at(&k, at_m);
-    const struct water_image *image = &view->record->image;
-    const struct span el = {at.up / at.level, at.up / at.level};
-    struct water_part part;
-    if (!(at.ahead > 0))
+    const double tan_el = at.up / fmax(at.level, sought->high_m), tan_az = at.right / at.ahead,
+                 beside = fmax(tan(sought->within_rad), tan_of_ball(sought->radius_m, at.level));
+    int column[2];
+    if (!(at.ahead > 0) || at.range < view->record->ahead_m || tan_el < image->tan_el[0] ||
+        tan_el > image->tan_el[image->rows])
         return false;
-    const struct span az = wider((struct span){at.right / at.ahead, at.right / at.ahead}, tan(within_rad));
-    if (az.high < image->tan_az[0] || az.low > image->tan_az[image->columns] || el.low < image->tan_el[0] ||
-        el.high > image->tan_el[image->rows])
+    const struct span az = wider((struct span){tan_az, tan_az}, beside);
+    if (az.high < image->tan_az[0] || az.low > image->tan_az[image->columns])
         return false;
-    find_part(image->tan_az, image->columns, &az, part.column);
-    find_part(image->tan_el, image->rows, &el, part.row);
-    const struct water_cell *row = image->cell + part.row[0] * image->columns;
-    for (int x = part.column[0]; x <= part.column[1]; x++)
-        if (hears_to(&k, &row[x], at_m))
+    find_part(image->tan_az, image->columns, &az, column);
+    for (int x = column[0]; x <= column[1]; x++)
+        if (reaches(&row[x], at.range))
             return true;
     return false;
 }

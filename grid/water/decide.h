@@ -61,10 +61,15 @@ bool water_touches(const struct water_view *view, const struct water_tile *tile,
 /** water_covers - may the image hold some of the tile at that range, whatever it says of it? */
 bool water_covers(const struct water_view *view, const struct water_tile *tile, double at_m);
 
-/** water_shows - does a beam pass no farther than within_rad from that place, as poses have it, and did it hear what is
- * on the way there from the vehicle? From where the vehicle is it need not have heard more than the beginning of that;
- * from elsewhere, so much more as it has gone since. v: a unit vector, NED. */
-bool water_shows(const struct water_view *view, const double v[3], double at_m, double within_rad);
+/* What stands upright: a beam reaches as far up and down as it does high_m away. It is sought no farther beside a beam
+ * than within_rad, or than it is thick. */
+struct water_sought {
+    double high_m, within_rad, radius_m;
+};
+
+/** water_looks - was that place in a beam, as poses have it: nearer than its echo, or than where it would have heard
+ * one? v: a unit vector, NED; at_m: above 0. */
+bool water_looks(const struct water_view *view, const double v[3], double at_m, const struct water_sought *sought);
 
 /** water_decide - the tile from from_m (>= 0) to to_m; *out is emptied first. O(cells met x log range). */
 void water_decide(const struct water_view *view, const struct water_tile *tile, double from_m, double to_m,

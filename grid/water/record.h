@@ -52,6 +52,7 @@ struct water_record {
     double uncertain_m; /* its place may be so far from place_m ... */
     double tilt_rad;    /* ... and its beams turned so far against the axes */
     double spread_m[3]; /* they were sent so far beside place_m, but for what ranges allow for: along, aside, up */
+    double ahead_m;     /* no farther ahead of its place any was sent */
     bool echoes;        /* some cell ends at one */
     struct water_image image;
 };

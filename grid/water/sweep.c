@@ -236,6 +236,7 @@ static void take_look(const struct sweep_look *look, const struct water_record *
     for (int j = 0; j < 3; j++)
         record->spread_m[j] = fmax(record->spread_m[j], spread_m[j]);
     record->uncertain_m = fmax(record->uncertain_m, at->uncertain_m);
+    record->ahead_m = fmax(record->ahead_m, along_m);
     record->tilt_rad = fmax(record->tilt_rad, at->tilt_rad + tilt(at, middle));
     beam->near_m = near_m + along_m;
     beam->edge_near_m = fmax(look->beam.edge_near_m, near_m) + along_m;

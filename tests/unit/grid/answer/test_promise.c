@@ -10,11 +10,11 @@ static void start(void)
     start_with(rings_full(&rings, geo_rad(3)), true);
 }
 
-static const struct promise_look unseen = {.blank = true}, seen_all = {.goes_on = true};
+static const struct promise_look unseen, seen_all = {.goes_on = true, .looked_m = 99};
 
 static struct promise_look seen_to(double sure_m)
 {
-    return (struct promise_look){.sure_m = sure_m};
+    return (struct promise_look){.sure_m = sure_m, .looked_m = 99};
 }
 
 /* clear_for_s: 0: as usual. */
@@ -153,14 +153,41 @@ TEST(what_was_shown_beside_may_have_come_ahead)
     now.pose.drift_mps = 0;
 }
 
+/* A head half a metre ahead that sweeps to both sides of the bow: from where on it looks, to 1 cm or so. */
+TEST(near_counts_from_where_a_head_looks_on)
+{
+    struct picture_frame frame;
+    start();
+    looks_at(UINT64_C(0xffff) | UINT64_C(0xffff) << 48, 0, false);
+    picture_get_frame(&picture, &frame);
+    frame.looks.place_m[0][0] = 0.5;
+    picture_begin(&picture);
+    picture_set_frame(&picture, &frame);
+    picture_end(&picture);
+    struct sight_place place;
+    sight_locate(&frame, &limits, &now, &place);
+    struct promise p = promise_begin(&picture, &limits, &frame, &now, &place);
+    CHECK_NEAR(promise_looks_from_m(&p, 0, 0.3, 3), 0.5, 0, 0.05);
+    CHECK_NEAR(promise_looks_from_m(&p, 0, 0.6, 3), 0.6, 1e-9, 0);
+    CHECK_NEAR(promise_looks_from_m(&p, geo_rad(60), 0.3, 3), 0.5 / cos(geo_rad(60)), 0, 0.3);
+    CHECK_NEAR(promise_looks_from_m(&p, geo_rad(180), 0.3, 3), 3, 1e-9, 0);
+    quat_from_rpy(0, 0, geo_rad(180), now.pose.attitude);
+    CHECK_NEAR(promise_looks_from_m(&p, geo_rad(180), 0.3, 3), 0.5, 0, 0.05);
+    quat_from_rpy(0, 0, 0, now.pose.attitude);
+}
+
 /* A lost ping leaves a piece of a direction's water, or none of it; in whatever turn. */
 TEST(near_covers_no_lost_ping)
 {
     static const struct {
         struct promise_look look;
         double known_m;
-    } row[] = {
-        {{.sure_m = 1.5}, 3}, {{.sure_m = 0}, 3}, {{.blank = true, .sure_m = 1.5}, 1.5}, {{.blank = true}, 0}};
+    } row[] = {{{.sure_m = 1.5, .looked_m = 9}, 3},
+               {{.looked_m = 9}, 3},
+               {{.sure_m = 3, .looked_m = 1.5}, 1.5},
+               {{.sure_m = 1.5}, 0},
+               {{.looked_m = 1.5}, 1.5},
+               {{.goes_on = true, .looked_m = 1}, 1}};
     for (size_t i = 0; i < sizeof row / sizeof row[0]; i++)
         for (int first_turns = 0; first_turns < 2; first_turns++) {
             start();
@@ -423,7 +450,7 @@ TEST(near_covers_nothing_more_where_no_sonar_hears)
         now.lost = row[i].lost;
         now.pose.drift_mps = row[i].drift_mps;
         const struct promise_look look = {
-            .blank = row[i].blank, .sure_m = row[i].blank ? 0 : 1.5, .showed = true, .age_s = 1};
+            .looked_m = row[i].blank ? 0 : 99, .sure_m = row[i].blank ? 0 : 1.5, .showed = true, .age_s = 1};
         const double most_m = promised_within(row[i].clear_for_s, 13.5, look, 3);
         CHECK_NEAR(fmin(most_m, 2), row[i].known ? 2 : row[i].blank || row[i].none ? 0 : 1.5, 0, 0.1);
     }
@@ -460,6 +487,7 @@ int main(void)
     RUN(a_flat_head_takes_no_bearing_from_a_higher_one);
     RUN(near_shrinks_as_a_vehicle_drifts);
     RUN(what_was_shown_beside_may_have_come_ahead);
+    RUN(near_counts_from_where_a_head_looks_on);
     RUN(near_covers_no_lost_ping);
     RUN(near_covers_no_water_in_a_beam_that_stays);
     RUN(near_holds_in_a_still_beam_as_far_as_drift_has_brought_its_edge);

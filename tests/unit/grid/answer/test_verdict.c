@@ -1001,7 +1001,7 @@ TEST(near_needs_no_look_from_elsewhere_unless_it_reached_there)
         go_ahead(row[i].way_m);
         turn_head(&b, 0);
         const double known_m = way(&small, 0, 1.9, 4)->known_m;
-        CHECK(row[i].known ? known_m == 1.9 : known_m < 0.5);
+        CHECK(row[i].known ? known_m > 1.8 : known_m < 0.5);
     }
 }
 

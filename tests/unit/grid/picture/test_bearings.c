@@ -303,6 +303,28 @@ TEST(sensors_add_up_and_each_head_has_its_own_opening)
 }
 
 /* A single deaf beam is forgiven; two in a row are not, until a beam hears there again. */
+static bool look_to(const struct bearings_looks *looks, double ahead_m, double right_m)
+{
+    const double at_m[3] = {ahead_m, right_m, 0};
+    return bearings_look(looks, 0, at_m);
+}
+
+/* A head half a metre ahead of the middle that sweeps 60 degrees to each side, and one to the right of it. */
+TEST(near_by_a_head_looks_elsewhere_than_far_away)
+{
+    struct bearings_looks looks = {.level_rad = {0.1, 0.1}, .place_m = {{0.5, 0, 0}, {0, 0.5, 0}}};
+    for (int k = 0; k < 11; k++)
+        looks.bearings[0] |= UINT64_C(1) << k | UINT64_C(1) << (63 - k);
+    CHECK(look_to(&looks, 3, 3) && !look_to(&looks, 0.6, 0.6) && look_to(&looks, 1, 0.6));
+    CHECK(!look_to(&looks, -1, 0) && !look_to(&looks, 0.4, 0) && look_to(&looks, 0.6, 0));
+    const double right_m[3] = {2, 1, 0};
+    CHECK(bearings_look(&looks, 0.1, right_m) && !bearings_look(&looks, 0.11, right_m));
+    looks.bearings[1] = UINT64_MAX & ~looks.bearings[0]; /* another one looks at the rest: there is no edge */
+    CHECK(look_to(&looks, 0.6, 2) && look_to(&looks, -1, 0));
+    for (int deg = 0; deg < 360; deg++)
+        CHECK(look_to(&looks, 1e3 * cos(geo_rad(deg)), 1e3 * sin(geo_rad(deg))));
+}
+
 TEST(a_head_shows_nothing_where_it_is_deaf)
 {
     static const struct {
@@ -627,6 +649,7 @@ int main(void)
     RUN(sensors_add_up_and_each_head_has_its_own_opening);
     RUN(beams_that_stay_apart_leave_open_what_lies_between);
     RUN(a_beam_on_its_side_is_as_wide_as_it_is_high);
+    RUN(near_by_a_head_looks_elsewhere_than_far_away);
     RUN(a_head_shows_nothing_where_it_is_deaf);
     RUN(a_burst_darkens_only_parts_in_which_no_beam_hears);
     RUN(a_beam_that_rings_shows_nothing_though_it_has_an_echo);

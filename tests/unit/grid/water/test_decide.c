@@ -801,52 +801,53 @@ TEST(an_image_covers_what_may_touch_it)
     CHECK(!water_covers(&view, &tile, 3.5) && water_covers(&view, &tile, 4.2) && !water_covers(&view, &tile, 5.3));
 }
 
-static bool shows(double az_deg, double el_deg, double at_m, double within_deg)
+static double radius_m;
+
+static bool looks(double az_deg, double el_deg, double at_m, double within_deg)
 {
     double v[3];
     geo_direction(geo_rad(az_deg), geo_rad(el_deg), v);
-    return water_shows(&view, v, at_m, geo_rad(within_deg));
+    return water_looks(&view, v, at_m, &(struct water_sought){3, geo_rad(within_deg), radius_m});
 }
 
-TEST(a_beam_shows_what_it_heard_on_the_way)
+TEST(a_beam_looks_as_far_as_it_hears)
 {
     begin_one();
     for (int side = -1; side <= 1; side += 2) {
-        CHECK(shows(side * 9, 0, 8, 0) && !shows(side * 11, 0, 8, 0));
-        CHECK(shows(side * 11, 0, 8, 1.5) && !shows(side * 12, 0, 8, 1.5));
-        CHECK(shows(0, side * 9, 8, 0) && !shows(0, side * 11, 8, 1.5));
+        CHECK(looks(side * 9, 0, 4, 0) && !looks(side * 11, 0, 4, 0));
+        CHECK(looks(side * 11, 0, 4, 1.5) && !looks(side * 12, 0, 4, 1.5));
+        CHECK(looks(0, side * 9, 4, 0) && !looks(0, side * 11, 4, 1.5));
     }
-    CHECK(!shows(180, 0, 8, 1) && !shows(180, 0, 8, 0));
-    CHECK(shows(0, 0, 49, 0) && !shows(0, 0, 51, 0)); /* a tenth of the way */
-    record.lever_m = 0.5;
-    CHECK(shows(0, 0, 54, 0) && !shows(0, 0, 56, 0));
-    view.at_m[0] = 0.5; /* it is where it was */
-    cells[0].most = 25;
-    CHECK(shows(0, 0, 2, 0) && !shows(0, 0, 3, 0));
+    CHECK(!looks(180, 0, 4, 1) && !looks(180, 0, 4, 0));
+    radius_m = 0.1; /* what is so thick counts where some of it is in the beam */
+    CHECK(looks(14, 0, 1, 0) && !looks(14, 0, 2, 0) && looks(14, 0, 2, 5));
+    radius_m = 0;
+    CHECK(looks(0, 0, 4.9, 0) && !looks(0, 0, 5.1, 0));
+    CHECK(looks(0, 0, 0.1, 0)); /* no beam shows its blind zone */
+    record.ahead_m = 0.6;
+    CHECK(looks(0, 0, 0.61, 0) && !looks(0, 0, 0.59, 0));
+    record.ahead_m = 0;
+    view.at_m[0] = 0.5; /* the vehicle has gone on */
+    CHECK(looks(0, 0, 4.4, 0) && !looks(0, 0, 4.6, 0));
     view.at_m[0] = 0;
     cells[0].most = 0; /* it is deaf, */
-    CHECK(!shows(0, 0, 2, 0));
-    record.lever_m = 0;
-    CHECK(!shows(0, 0, 8, 0));
+    CHECK(!looks(0, 0, 2, 0));
     cells[0].ends = 300; /* or has an echo */
-    CHECK(shows(0, 0, 29, 0) && !shows(0, 0, 31, 0));
+    CHECK(looks(0, 0, 2.9, 0) && !looks(0, 0, 3.1, 0));
     cells[0].most = 400; /* another one beside it goes on */
-    CHECK(shows(0, 0, 39, 0) && !shows(0, 0, 41, 0));
-    cells[0].ends = WATER_NO_END;
-    view.at_m[0] = 2; /* from where the vehicle is now, 2 m of the way are new */
-    CHECK(shows(0, 0, 2, 0) && shows(0, 0, 19, 0));
-    view.at_m[0] = 2.1;
-    CHECK(!shows(0, 0, 3, 0) && !shows(0, 0, 30, 0));
-    CHECK(shows(0, 0, 1.8, 0));
-    begin_one();
-    CHECK(shows(0, 0, 0.3, 0));
-    begin(3, 3, 5, 5); /* only the beam that passes there */
+    CHECK(looks(0, 0, 3.9, 0) && !looks(0, 0, 4.1, 0));
+    CHECK(looks(0, 15, 1, 0) && !looks(0, 15, 3.5, 0)); /* as high as 3 m away */
+}
+
+TEST(only_the_beam_that_passes_there_looks)
+{
+    begin(3, 3, 5, 5);
     for (int i = 0; i < 9; i++)
         cells[i].most = i == 4 ? 500 : 0;
-    CHECK(shows(0, 0, 8, 0) && !shows(0, 5, 8, 0) && !shows(0, -5, 8, 0));
+    CHECK(looks(0, 0, 4, 0));
     for (int side = -1; side <= 1; side += 2) { /* or near it */
-        CHECK(!shows(side * 5, 0, 8, 1) && shows(side * 5, 0, 8, 3));
-        CHECK(!shows(side * 5, 5, 8, 3) && !shows(side * 5, -5, 8, 3));
+        CHECK(!looks(side * 5, 0, 4, 1) && looks(side * 5, 0, 4, 3));
+        CHECK(looks(0, side * 5, 4, 1) && !looks(0, side * 9, 4, 1)); /* what is there stands upright */
     }
 }
 
@@ -1129,7 +1130,8 @@ int main(void)
     RUN(a_stretch_is_shortened_to_the_image);
     RUN(a_way_along_a_side_of_the_image_is_in_it_or_not);
     RUN(an_image_covers_what_may_touch_it);
-    RUN(a_beam_shows_what_it_heard_on_the_way);
+    RUN(a_beam_looks_as_far_as_it_hears);
+    RUN(only_the_beam_that_passes_there_looks);
     RUN(no_point_of_a_tile_is_told_what_its_cell_denies);
     RUN(no_way_past_the_sensor_is_free_beyond_the_image);
     RUN(a_shorter_stretch_is_free_at_least_as_far);

@@ -96,7 +96,8 @@ TEST(a_look_is_by_a_beam_that_passes_there)
         water_image_fill(&record.image, room.cell);
         for (int within = 1; within < 24; within += 2) { /* half a column less on both sides */
             const int half = (within + 1) / 2;
-            CHECK(water_shows(&seen, level, 40, geo_rad(within)) == (hears >= 12 - half && hears < 12 + half));
+            CHECK(water_looks(&seen, level, 4, &(struct water_sought){4, geo_rad(within), 0}) ==
+                  (hears >= 12 - half && hears < 12 + half));
         }
     }
 }
