@@ -210,7 +210,7 @@ static double unshown_m(struct promise *p, const double v[3], const struct promi
     if (!looked.by_head && looked.still_rad <= 0)
         return near_m;
     const bool shown = bearings_have(p->shown, looked.az_rad, 0);
-    if (shown && !drifts)
+    if (!drifts && (shown || look->goes_on))
         return fmin(look->looked_m, near_m);
     if (look->goes_on)
         return near_m;

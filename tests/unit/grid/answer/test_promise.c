@@ -196,6 +196,22 @@ TEST(near_covers_no_lost_ping)
         }
 }
 
+/* Nor where a head is still to look, and beams from elsewhere saw the water behind. */
+TEST(near_ends_before_what_nobody_looked_at_where_a_head_has_yet_to_look)
+{
+    struct picture_frame frame;
+    start();
+    looks_at(UINT64_MAX, 0, true);
+    picture_get_frame(&picture, &frame);
+    frame.looks.hears[0] = 0;
+    picture_begin(&picture);
+    picture_set_frame(&picture, &frame);
+    picture_end(&picture);
+    CHECK_NEAR(promised(0, (struct promise_look){.goes_on = true, .looked_m = 1}, 3), 1, 0, 1e-9);
+    CHECK_NEAR(promised(0, (struct promise_look){.goes_on = true, .looked_m = 9}, 3), 3, 0, 1e-9);
+    CHECK_NEAR(promised(0, (struct promise_look){.looked_m = 9}, 3), 0, 0, 1e-9);
+}
+
 /*
  * In a beam that does not turn nothing is promised: of a direction 13.5 degrees to the side, which it has just come to
  * look at, it has shown 1.5 m, or nothing. Up to 4.5 degrees from its edge no direction lies wholly in it.
@@ -489,6 +505,7 @@ int main(void)
     RUN(what_was_shown_beside_may_have_come_ahead);
     RUN(near_counts_from_where_a_head_looks_on);
     RUN(near_covers_no_lost_ping);
+    RUN(near_ends_before_what_nobody_looked_at_where_a_head_has_yet_to_look);
     RUN(near_covers_no_water_in_a_beam_that_stays);
     RUN(near_holds_in_a_still_beam_as_far_as_drift_has_brought_its_edge);
     RUN(near_holds_in_a_still_beam_as_far_as_its_edge_is_uncertain);
