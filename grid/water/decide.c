@@ -479,27 +479,49 @@ static bool reaches(const struct water_cell *cell, double range_m)
     return to > 0 && range_m <= to * WATER_UNIT_M;
 }
 
+/* The angle under which a ball of radius_m is seen from so far; a right one from within. */
+static double rad_of_ball(double radius_m, double away_m)
+{
+    return away_m > radius_m ? asin(radius_m / away_m) : GEO_PI / 2;
+}
+
+/* Does some beam of those columns reach so far, or, if `all`, each of them? */
+static bool reach(const struct water_image *image, const int column[2], double range_m, bool all)
+{
+    const struct water_cell *row = image->cell + image->rows / 2 * image->columns;
+    for (int x = column[0]; x <= column[1]; x++)
+        if (reaches(&row[x], range_m) != all)
+            return !all;
+    return all;
+}
+
+#define THIN_M 0.03 /* a beam that passes no farther beside a post than this meets it */
+
+/*
+ * Beams were sent from beside the row's place, so what is at their azimuth as seen from there was as far beside them:
+ * so much less is sought beside them. Where that leaves less than nothing, any of the beams that far around may be the
+ * one that was there, and all of them must have reached so far.
+ */
 bool water_looks(const struct water_view *view, const double v[3], double at_m, const struct water_sought *sought)
 {
     const struct water_tile line = {.v = {v[0], v[1], v[2]}};
     const struct water_image *image = &view->record->image;
-    const struct water_cell *row = image->cell + image->rows / 2 * image->columns;
     const struct deciding k = begin(view, &line);
     const struct point at = point_at(&k, at_m);
     const double tan_el = at.up / fmax(at.level, sought->high_m), tan_az = at.right / at.ahead,
-                 beside = fmax(tan(sought->within_rad), tan_of_ball(sought->radius_m, at.level));
+                 beside_rad = fmax(sought->within_rad, rad_of_ball(sought->radius_m, at.level)),
+                 left_rad = beside_rad - rad_of_ball(fmax(view->record->spread_m[1] - THIN_M, 0), at.level);
     int column[2];
     if (!(at.ahead > 0) || at.range < view->record->ahead_m || tan_el < image->tan_el[0] ||
         tan_el > image->tan_el[image->rows])
         return false;
-    const struct span az = wider((struct span){tan_az, tan_az}, beside);
-    if (az.high < image->tan_az[0] || az.low > image->tan_az[image->columns])
+    const struct span az = wider((struct span){tan_az, tan_az}, tan(fmin(fabs(left_rad), GEO_PI / 2)));
+    const bool all = left_rad < 0;
+    if (all ? az.low < image->tan_az[0] || az.high > image->tan_az[image->columns]
+            : az.high < image->tan_az[0] || az.low > image->tan_az[image->columns])
         return false;
     find_part(image->tan_az, image->columns, &az, column);
-    for (int x = column[0]; x <= column[1]; x++)
-        if (reaches(&row[x], at.range))
-            return true;
-    return false;
+    return reach(image, column, at.range, all);
 }
 
 void water_decide(const struct water_view *view, const struct water_tile *tile, double from_m, double to_m,

@@ -839,6 +839,28 @@ TEST(a_beam_looks_as_far_as_it_hears)
     CHECK(looks(0, 15, 1, 0) && !looks(0, 15, 3.5, 0)); /* as high as 3 m away */
 }
 
+/* 3 cm do not count. What was sent 0.5 m farther beside the row's place may, 4 m away, have passed 7.2 degrees beside
+ * where its azimuth lies. */
+TEST(beams_sent_from_beside_the_row_look_less_far_aside)
+{
+    begin_one();
+    record.spread_m[1] = 0.53;
+    for (int side = -1; side <= 1; side += 2) {
+        CHECK(looks(side * 2, 0, 4, 0) && !looks(side * 4, 0, 4, 0));
+        CHECK(looks(side * 4, 0, 4, 3) && !looks(side * 12, 0, 4, 8) && looks(side * 12, 0, 4, 10));
+    }
+    CHECK(looks(0, 0, 3, 0) && !looks(0, 0, 2, 0) && !looks(0, 0, 0.4, 0));
+    record.spread_m[1] = 0.03;
+    CHECK(looks(9.9, 0, 4, 0) && looks(9.9, 0, 0.1, 0));
+    begin(3, 3, 5, 5); /* whichever of them was there must have reached so far */
+    for (int i = 0; i < 9; i++)
+        cells[i].most = i == 4 ? 500 : 300;
+    record.spread_m[1] = 0.13;
+    CHECK(looks(0, 0, 4, 0));
+    record.spread_m[1] = 0.23;
+    CHECK(!looks(0, 0, 4, 0) && looks(0, 0, 2.9, 0));
+}
+
 TEST(only_the_beam_that_passes_there_looks)
 {
     begin(3, 3, 5, 5);
@@ -1131,6 +1153,7 @@ int main(void)
     RUN(a_way_along_a_side_of_the_image_is_in_it_or_not);
     RUN(an_image_covers_what_may_touch_it);
     RUN(a_beam_looks_as_far_as_it_hears);
+    RUN(beams_sent_from_beside_the_row_look_less_far_aside);
     RUN(only_the_beam_that_passes_there_looks);
     RUN(no_point_of_a_tile_is_told_what_its_cell_denies);
     RUN(no_way_past_the_sensor_is_free_beyond_the_image);
