@@ -393,8 +393,8 @@ TEST(on_any_voyage_obstacles_are_the_same_within_a_cell)
     for (int trial = 0; trial < (is_long() ? 8 : 5); trial++) {
         voyage(test_random(&seed), trial, is_long() ? 3000 : 1200, &t);
         turns += turned(follow);
-        CHECK(turned(follow) >= 3);
     }
+    CHECK(turns > 15); /* or it proves nothing; a voyage may keep its heading */
     printf("# %d answers, %d turns; blocked %d, with both %d, alike %d\n", t.asked, (int)turns, t.blocked_fixed,
            t.blocked_both, t.alike);
     CHECK(t.blocked_both > 0.8 * t.blocked_fixed);
