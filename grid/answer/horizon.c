@@ -169,13 +169,14 @@ static double way_looked_m(const struct horizon *h, const struct ray *ray, bool 
 
 #define RAYS 4 /* of a part, a third of a degree apart: a lost ping leaves out more */
 
-/* How far all of a part was looked at: to its end, or so far that even what is thin was. */
+/* How far all of a part was looked at: to its end, or so far that even what is thin was. Where no head ever looks nearer
+ * than `near` nobody needs to have looked. */
 static double looked_m(struct horizon *h, uint32_t part, const struct water_view *looks, int n)
 {
     double least_m = h->near_m;
     struct ray ray = {
         .from_m = promise_looks_from_m(&h->promise, grid_rad(h, part), LEAST_SHARE * h->near_m, h->near_m)};
-    for (int i = 0; i < RAYS && least_m > 0; i++) {
+    for (int i = 0; i < RAYS && least_m > 0 && ray.from_m < h->near_m; i++) {
         geo_direction((part + (i + 0.5) / RAYS) * PART_RAD, 0, ray.v);
         double to_m = way_looked_m(h, &ray, true, looks, n);
         if (to_m > 0 && to_m < h->near_m)

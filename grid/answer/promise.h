@@ -60,7 +60,8 @@ double promise_m(struct promise *p, double az_rad, const struct promise_look *lo
 bool promise_heeds(struct promise *p, double az_rad, double near_m);
 bool promise_asks(struct promise *p, double az_rad, double near_m);
 
-/** promise_looks_from_m - from which range on heads look there, between least_m and near_m: nearer they never will. */
+/** promise_looks_from_m - from which range on heads look there, between least_m and near_m: nearer they never will.
+ * near_m: nor up to there. */
 double promise_looks_from_m(struct promise *p, double az_rad, double least_m, double near_m);
 
 /**

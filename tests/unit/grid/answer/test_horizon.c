@@ -128,10 +128,28 @@ TEST(near_ends_where_no_beam_has_looked_on_the_way)
     }
 }
 
+/* A head far ahead of the middle looks at that bearing, but at no place there that is nearer than `near`. */
+TEST(near_waits_for_no_look_where_no_head_ever_looks)
+{
+    for (int ahead_m = 0; ahead_m < 5; ahead_m += 4) {
+        begin();
+        struct picture_frame frame;
+        picture_get_frame(&picture, &frame);
+        frame.looks.bearings[0] = UINT64_C(0xff) | UINT64_C(0xff) << 56; /* 45 degrees to each side */
+        frame.looks.place_m[0][0] = ahead_m;
+        picture_begin(&picture);
+        picture_set_frame(&picture, &frame);
+        picture_end(&picture);
+        end();
+        CHECK_NEAR(horizon.level_m[part_of(20)], ahead_m ? NEAR_M : 0, 1e-9, 0);
+    }
+}
+
 int main(void)
 {
     RUN(near_holds_nowhere_for_water_seen_from_afar);
     RUN(near_holds_where_a_beam_from_here_begins_late);
     RUN(near_ends_where_no_beam_has_looked_on_the_way);
+    RUN(near_waits_for_no_look_where_no_head_ever_looks);
     return test_end();
 }
