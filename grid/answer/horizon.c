@@ -9,8 +9,7 @@
 /* Cosine of 45 degrees. Farther to the side of its level course a ray leaves a body's way beside its own front. */
 #define BOW 0.7071
 
-#define BEYOND_M    (2 * WATER_GRID_M)
-#define LEAST_SHARE 0.1 /* of `near`: water is looked for from half of it on, and again, down to this */
+#define BEYOND_M (2 * WATER_GRID_M)
 
 static double middle_rad(uint32_t part)
 {
@@ -46,13 +45,15 @@ bool horizon_begin(struct horizon *h, const double along[3], double axes_rad, do
     h->first = h->n = 0;
     for (uint32_t k = 0; k < ASK_LEVEL; k++) {
         h->level_m[k] = near_m;
-        h->look[k] = (struct promise_look){.age_s = 0};
+        h->look[k] = (struct promise_look){.looked_m = near_m};
         if (is_ahead(along, k) && !is_ahead(along, (k + ASK_LEVEL - 1) % ASK_LEVEL))
             h->first = k;
         h->n += is_ahead(along, k);
     }
-    for (uint32_t k = 0; k < h->n; k++)
-        asks = asks || promise_heeds(&h->promise, grid_rad(h, part_at(h, k)), near_m);
+    for (uint32_t k = 0; k < h->n && !asks; k++) {
+        const double az_rad = grid_rad(h, part_at(h, k));
+        asks = promise_heeds(&h->promise, az_rad, near_m) || promise_passes(&h->promise, az_rad, near_m);
+    }
     h->n = asks ? h->n : 0;
     return asks;
 }
@@ -120,7 +121,7 @@ bool horizon_take(struct horizon *h, const struct ask *ask, const struct horizon
 {
     for (uint32_t k = 0; k < h->n; k++)
         take_part(h, &h->look[part_at(h, k)], ask, k, now);
-    if (is_open(h) && h->start_m > LEAST_SHARE * h->near_m) {
+    if (is_open(h) && h->start_m > PROMISE_LEAST * h->near_m) { /* from half of it on, and again */
         h->start_m /= 2;
         return true;
     }
@@ -144,43 +145,43 @@ static bool is_looked_at(const struct horizon *h, const double v[3], double at_m
     return !look->lost && water_looks(look, v, at_m, &sought);
 }
 
-/* A ray from where on heads look. */
-struct ray {
-    double v[3], from_m;
-};
+#define PLACES 48 /* along a ray */
 
-#define PLACES 48 /* along it */
-
-/* How far along it anybody has looked, in steps: what stands there has never been in a beam if some of the way has not,
- * whatever was seen behind it from elsewhere. */
-static double way_looked_m(const struct horizon *h, const struct ray *ray, bool thick,
-                           const struct water_view *looks, int n)
+static double place_m(const struct horizon *h, int place)
 {
-    const double step_m = (h->near_m - ray->from_m) / PLACES;
+    return h->near_m * (PROMISE_LEAST + (1 - PROMISE_LEAST) * place / PLACES);
+}
+
+/* How far along a ray anybody has looked where heads look, in steps: what stands there has never been in a beam if some
+ * of the way has not, whatever was seen behind it from elsewhere. */
+static double way_looked_m(const struct horizon *h, double az_rad, bool thick, const struct water_view *looks,
+                           int n)
+{
     int looked = 0, before = -1;
+    double v[3];
+    geo_direction(az_rad, 0, v);
     while (looked > before && looked <= PLACES) {
         before = looked;
         for (int i = 0; i < n; i++)
-            while (looked <= PLACES && is_looked_at(h, ray->v, ray->from_m + looked * step_m, thick, &looks[i]))
+            while (looked <= PLACES && is_looked_at(h, v, place_m(h, looked), thick, &looks[i]))
                 looked++;
+        while (looked <= PLACES && !promise_looks(&h->promise, az_rad - h->axes_rad, place_m(h, looked)))
+            looked++;
     }
-    return looked > PLACES ? h->near_m : looked > 0 ? ray->from_m + (looked - 1) * step_m : 0;
+    return looked > PLACES ? h->near_m : looked > 0 ? place_m(h, looked - 1) : 0;
 }
 
 #define RAYS 4 /* of a part, a third of a degree apart: a lost ping leaves out more */
 
-/* How far all of a part was looked at: to its end, or so far that even what is thin was. Where no head ever looks nearer
- * than `near` nobody needs to have looked. */
-static double looked_m(struct horizon *h, uint32_t part, const struct water_view *looks, int n)
+/* How far all of a part was looked at: to its end, or so far that even what is thin was. */
+static double looked_m(const struct horizon *h, uint32_t part, const struct water_view *looks, int n)
 {
     double least_m = h->near_m;
-    struct ray ray = {
-        .from_m = promise_looks_from_m(&h->promise, grid_rad(h, part), LEAST_SHARE * h->near_m, h->near_m)};
-    for (int i = 0; i < RAYS && least_m > 0 && ray.from_m < h->near_m; i++) {
-        geo_direction((part + (i + 0.5) / RAYS) * PART_RAD, 0, ray.v);
-        double to_m = way_looked_m(h, &ray, true, looks, n);
+    for (int i = 0; i < RAYS && least_m > 0; i++) {
+        const double az_rad = (part + (i + 0.5) / RAYS) * PART_RAD;
+        double to_m = way_looked_m(h, az_rad, true, looks, n);
         if (to_m > 0 && to_m < h->near_m)
-            to_m = way_looked_m(h, &ray, false, looks, n);
+            to_m = way_looked_m(h, az_rad, false, looks, n);
         least_m = fmin(least_m, to_m);
     }
     return least_m;
@@ -244,10 +245,10 @@ void horizon_end(struct horizon *h, const struct water_view *view, int n, const 
         struct promise_look *look = &h->look[k];
         if (!shown_at(h, i))
             take_edge(h, i);
-        if (!h->drifts && promise_heeds(&h->promise, grid_rad(h, k), h->near_m)) {
-            look->goes_on = look->goes_on || (look->sure_m == 0 && begins_late(h, k, view, n));
+        if (!h->drifts && look->sure_m == 0 && promise_heeds(&h->promise, grid_rad(h, k), h->near_m))
+            look->goes_on = look->goes_on || begins_late(h, k, view, n);
+        if (promise_passes(&h->promise, grid_rad(h, k), h->near_m))
             look->looked_m = looked_m(h, k, looks, n_looks);
-        }
         h->level_m[k] = promise_m(&h->promise, grid_rad(h, k), look, h->near_m);
     }
 }

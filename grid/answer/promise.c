@@ -198,6 +198,26 @@ static double edge_m(const struct promise *p, const struct looked *looked, const
     return in_rad > 0 ? aside_m / sin(in_rad) : (double)INFINITY;
 }
 
+/* A place in the body, and how far above or below its level plane a head must hear to look there. */
+struct ahead {
+    double m[3], off_rad;
+};
+
+static struct ahead ahead_of(const struct promise *p, const double v[3], double range_m)
+{
+    double u[3] = {v[0], v[1], v[2]};
+    sight_from_grid(p->frame, p->now, false, u);
+    return (struct ahead){{range_m * u[0], range_m * u[1], range_m * u[2]},
+                          asin(fmin(fabs(u[2]), 1)) + p->picture->rings->step_rad};
+}
+
+/* Do heads look at some place of that way? */
+static bool passes(const struct promise *p, const double v[3], double near_m)
+{
+    const struct ahead from = ahead_of(p, v, PROMISE_LEAST * near_m), to = ahead_of(p, v, near_m);
+    return bearings_pass(&p->frame->looks, to.off_rad, from.m, to.m);
+}
+
 /*
  * What a lost ping would have shown nobody promises, until a later turn has shown it. Of a vehicle that drifts the
  * water must be free, at this moment, where near_m ends: what a beam showed farther out may by now have come nearer,
@@ -207,14 +227,13 @@ static double unshown_m(struct promise *p, const double v[3], const struct promi
 {
     const bool drifts = p->now->pose.drift_mps > 0;
     const struct looked looked = look_of(p, v, near_m);
+    const double looked_m = fmin(look->looked_m, near_m);
     if (!looked.by_head && looked.still_rad <= 0)
-        return near_m;
+        return passes(p, v, near_m) ? looked_m : near_m;
     const bool shown = bearings_have(p->shown, looked.az_rad, 0);
-    if (!drifts && (shown || look->goes_on))
-        return fmin(look->looked_m, near_m);
-    if (look->goes_on)
-        return near_m;
-    const double left_m = drifts ? adrift_m(p, look, near_m) : near_m;
+    if (look->goes_on || (shown && !drifts))
+        return looked_m;
+    const double left_m = drifts ? fmin(looked_m, adrift_m(p, look, near_m)) : near_m;
     if (!shown) /* by no head: what nobody has shown nobody promises */
         return fmin(fmax(look->sure_m, edge_m(p, &looked, look)), left_m);
     return left_m;
@@ -227,21 +246,19 @@ static void level_axis(double az_rad, double v[3])
     v[2] = 0;
 }
 
-#define STEPS 64 /* to near_m */
-
-double promise_looks_from_m(struct promise *p, double az_rad, double least_m, double near_m)
+bool promise_looks(const struct promise *p, double az_rad, double range_m)
 {
-    double v[3], from_m = least_m;
+    double v[3];
     level_axis(az_rad, v);
-    sight_from_grid(p->frame, p->now, false, v);
-    const double off_rad = asin(fmin(fabs(v[2]), 1)) + p->picture->rings->step_rad;
-    for (int i = 0; i < STEPS; i++) {
-        const double at_m[3] = {from_m * v[0], from_m * v[1], from_m * v[2]};
-        if (bearings_look(&p->frame->looks, off_rad, at_m))
-            break;
-        from_m = least_m + (near_m - least_m) * (i + 1) / STEPS;
-    }
-    return from_m;
+    const struct ahead at = ahead_of(p, v, range_m);
+    return bearings_look(&p->frame->looks, at.off_rad, at.m);
+}
+
+bool promise_passes(const struct promise *p, double az_rad, double near_m)
+{
+    double v[3];
+    level_axis(az_rad, v);
+    return passes(p, v, near_m);
 }
 
 double promise_come_m(const struct promise *p, double az_rad, double half_rad)

@@ -9,6 +9,7 @@
 #include "sight.h"
 
 #define PROMISE_PARTS    64
+#define PROMISE_LEAST    0.1 /* of `near`: nearer nobody needs to look */
 #define PROMISE_LOOKED_S 1.0 /* in so long a sonar that does not turn has looked again, whatever pings it loses */
 
 /* To whom it is given: a vehicle in that picture. */
@@ -45,7 +46,7 @@ struct promise_look {
     /* The last ping lies so uncertainly that its edge may be here, though it showed water, or beside such water. 0:
      * it does not, or was long ago. */
     double loose_m, loose_rad;
-    /* Beams have looked at all of it so far, but for what lies between two of a sonar's beams. */
+    /* Beams have looked so far at all of it that is a head's to look at, but for what lies between two of its beams. */
     double looked_m;
 };
 
@@ -60,9 +61,10 @@ double promise_m(struct promise *p, double az_rad, const struct promise_look *lo
 bool promise_heeds(struct promise *p, double az_rad, double near_m);
 bool promise_asks(struct promise *p, double az_rad, double near_m);
 
-/** promise_looks_from_m - from which range on heads look there, between least_m and near_m: nearer they never will.
- * near_m: nor up to there. */
-double promise_looks_from_m(struct promise *p, double az_rad, double least_m, double near_m);
+/** promise_looks - do heads look at that place, from the vehicle? Near by such as are off the middle look elsewhere
+ * than far away. promise_passes - do they somewhere from PROMISE_LEAST of near_m up to it? */
+bool promise_looks(const struct promise *p, double az_rad, double range_m);
+bool promise_passes(const struct promise *p, double az_rad, double near_m);
 
 /**
  * promise_come_m - how near what beams showed in other directions may stand by now, within half_rad of that azimuth of

@@ -326,11 +326,27 @@ uint64_t bearings_level(const struct bearings_looks *looks, double off_rad)
     return bearings;
 }
 
+/* From a sensor, in the body's axes. */
+static double bearing_of(const struct bearings_looks *looks, int k, const double at_m[3])
+{
+    return atan2(at_m[1] - looks->place_m[k][1], at_m[0] - looks->place_m[k][0]);
+}
+
+bool bearings_pass(const struct bearings_looks *looks, double off_rad, const double from_m[3],
+                   const double to_m[3])
+{
+    for (int k = 0; k < BEARINGS_SENSORS; k++)
+        if (off_rad <= looks->level_rad[k] &&
+            (looks->bearings[k] & between(bearing_of(looks, k, from_m), bearing_of(looks, k, to_m))))
+            return true;
+    return false;
+}
+
 bool bearings_look(const struct bearings_looks *looks, double off_rad, const double at_m[3])
 {
     bool found[3] = {false};
     for (int k = 0; k < BEARINGS_SENSORS; k++) {
-        const double az_rad = atan2(at_m[1] - looks->place_m[k][1], at_m[0] - looks->place_m[k][0]);
+        const double az_rad = bearing_of(looks, k, at_m);
         for (int i = 0; i < 3 && off_rad <= looks->level_rad[k]; i++)
             found[i] = found[i] || (looks->bearings[k] & part(az_rad + (i - 1) * PART_RAD));
     }

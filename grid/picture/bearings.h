@@ -98,6 +98,10 @@ uint64_t bearings_level(const struct bearings_looks *looks, double off_rad);
  * the middle looks elsewhere than far away. */
 bool bearings_look(const struct bearings_looks *looks, double off_rad, const double at_m[3]);
 
+/** bearings_pass - does a head look at some place of the straight way from one place in the body's axes to another? */
+bool bearings_pass(const struct bearings_looks *looks, double off_rad, const double from_m[3],
+                   const double to_m[3]);
+
 /** bearings_have - does the set hold all azimuths of the body within so much of one, and a part to either side? At its
  * edges nobody may look. within_rad: up to half a turn. */
 bool bearings_have(uint64_t set, double az_rad, double within_rad);

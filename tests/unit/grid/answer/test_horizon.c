@@ -12,6 +12,7 @@ static struct ask ask;
 static struct water_view view[ASK_RECORDS];
 static struct store *store;
 static struct pose pose;
+static struct mount mount;
 static uint64_t t_ns;
 static uint32_t seq;
 
@@ -23,6 +24,7 @@ static void begin(void)
     looks_at(UINT64_MAX, 0, false);
     memory = memory ? memory : malloc(store_bytes(&conf));
     store = store_init(memory, &conf);
+    mount = mount_identity;
     pose = pose_identity;
     pose.has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH;
     t_ns = NOW - 9 * SECOND;
@@ -45,7 +47,21 @@ static void look(double az_deg, double from_m, double free_m, bool echo, uint64_
                                 .az_aperture_rad = (float)geo_rad(3),
                                 .el_aperture_rad = (float)geo_rad(25),
                                 .pose = pose};
-    store_enter(store, &ping, &mount_identity);
+    store_enter(store, &ping, &mount);
+}
+
+/* The head is mounted so far ahead of the middle and to its right, and looks at those bearings. */
+static void mount_at(double ahead_m, double right_m, uint64_t bearings)
+{
+    struct picture_frame frame;
+    mount.position_m[0] = ahead_m;
+    mount.position_m[1] = right_m;
+    picture_get_frame(&picture, &frame);
+    frame.looks.bearings[0] = bearings;
+    memcpy(frame.looks.place_m[0], mount.position_m, sizeof mount.position_m);
+    picture_begin(&picture);
+    picture_set_frame(&picture, &frame);
+    picture_end(&picture);
 }
 
 /* On a way to the north, from where the vehicle is now. */
@@ -133,15 +149,40 @@ TEST(near_waits_for_no_look_where_no_head_ever_looks)
 {
     for (int ahead_m = 0; ahead_m < 5; ahead_m += 4) {
         begin();
-        struct picture_frame frame;
-        picture_get_frame(&picture, &frame);
-        frame.looks.bearings[0] = UINT64_C(0xff) | UINT64_C(0xff) << 56; /* 45 degrees to each side */
-        frame.looks.place_m[0][0] = ahead_m;
-        picture_begin(&picture);
-        picture_set_frame(&picture, &frame);
-        picture_end(&picture);
+        mount_at(ahead_m, 0, UINT64_C(0xff) | UINT64_C(0xff) << 56); /* 45 degrees to each side */
         end();
         CHECK_NEAR(horizon.level_m[part_of(20)], ahead_m ? NEAR_M : 0, 1e-9, 0);
+    }
+}
+
+/* A head half a metre to the right began its first turn ahead: 40 degrees to the right it has looked at the water where
+ * `near` ends, not at what is close by, which lies to its left. A vehicle that drifts a little knows no more. */
+TEST(near_ends_where_a_head_off_the_middle_has_not_looked_close_by)
+{
+    for (int drifts = 0; drifts < 2; drifts++)
+        for (int left = 0; left < 2; left++) {
+            begin();
+            mount_at(0, 0.5, UINT64_MAX);
+            pose.has = POSE_ATTITUDE | POSE_DEPTH | (drifts ? 0 : POSE_POSITION);
+            pose.drift_mps = drifts ? 1e-3 : 0;
+            for (int i = 0; i < 70; i++)
+                look((left ? -80 : 0) + 2 * i, 0.3, 15, false, SECOND / 15);
+            end();
+            CHECK(horizon.look[part_of(40)].goes_on);
+            CHECK_NEAR(horizon.level_m[part_of(40)], left ? NEAR_M : 0, 1e-9, 0);
+        }
+}
+
+/* Such a head looks at what lies to its left alone: 20 degrees to the vehicle's right that is what is close by. */
+TEST(near_waits_for_a_look_close_by_where_no_head_looks_far_away)
+{
+    for (int looked = 0; looked < 2; looked++) {
+        begin();
+        mount_at(0, 0.5, UINT64_C(0xffff) << 48);
+        for (int i = 0; i < 45; i++)
+            look((looked ? -90 : -180) + 2 * i, 0.3, 15, false, SECOND / 15);
+        end();
+        CHECK_NEAR(horizon.level_m[part_of(20)], looked ? NEAR_M : 0, 1e-9, 0);
     }
 }
 
@@ -151,5 +192,7 @@ int main(void)
     RUN(near_holds_where_a_beam_from_here_begins_late);
     RUN(near_ends_where_no_beam_has_looked_on_the_way);
     RUN(near_waits_for_no_look_where_no_head_ever_looks);
+    RUN(near_ends_where_a_head_off_the_middle_has_not_looked_close_by);
+    RUN(near_waits_for_a_look_close_by_where_no_head_looks_far_away);
     return test_end();
 }

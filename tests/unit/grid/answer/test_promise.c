@@ -105,7 +105,7 @@ TEST(near_shrinks_as_a_vehicle_drifts)
         looks_at(UINT64_MAX, 0, false);
         now.pose.drift_mps = 0.1;
         now.pose.heading_adrift = row[i].turned;
-        const struct promise_look look = {.showed = row[i].showed, .age_s = row[i].age_s};
+        const struct promise_look look = {.showed = row[i].showed, .age_s = row[i].age_s, .looked_m = 99};
         CHECK_NEAR(promised(0, look, 3), row[i].known_m, 0, 1e-6);
     }
     now.pose.drift_mps = 0;
@@ -148,31 +148,39 @@ TEST(what_was_shown_beside_may_have_come_ahead)
         picture_set_frame(&picture, &frame);
         picture_set(&picture, rings_index(&rings, geo_rad(row[i].az_deg), geo_rad(1)), &e);
         picture_end(&picture);
-        CHECK_NEAR(promised(0, (struct promise_look){.showed = true}, 4), row[i].known_m, 0, 0.15);
+        CHECK_NEAR(promised(0, (struct promise_look){.showed = true, .looked_m = 99}, 4), row[i].known_m, 0, 0.15);
     }
     now.pose.drift_mps = 0;
 }
 
-/* A head half a metre ahead that sweeps to both sides of the bow: from where on it looks, to 1 cm or so. */
-TEST(near_counts_from_where_a_head_looks_on)
+/* A head off the middle that sweeps to both sides of the bow: where along a bearing it looks. */
+TEST(near_counts_where_a_head_looks)
 {
-    struct picture_frame frame;
-    start();
-    looks_at(UINT64_C(0xffff) | UINT64_C(0xffff) << 48, 0, false);
-    picture_get_frame(&picture, &frame);
-    frame.looks.place_m[0][0] = 0.5;
-    picture_begin(&picture);
-    picture_set_frame(&picture, &frame);
-    picture_end(&picture);
-    struct sight_place place;
-    sight_locate(&frame, &limits, &now, &place);
-    struct promise p = promise_begin(&picture, &limits, &frame, &now, &place);
-    CHECK_NEAR(promise_looks_from_m(&p, 0, 0.3, 3), 0.5, 0, 0.05);
-    CHECK_NEAR(promise_looks_from_m(&p, 0, 0.6, 3), 0.6, 1e-9, 0);
-    CHECK_NEAR(promise_looks_from_m(&p, geo_rad(60), 0.3, 3), 0.5 / cos(geo_rad(60)), 0, 0.3);
-    CHECK_NEAR(promise_looks_from_m(&p, geo_rad(180), 0.3, 3), 3, 1e-9, 0);
-    quat_from_rpy(0, 0, geo_rad(180), now.pose.attitude);
-    CHECK_NEAR(promise_looks_from_m(&p, geo_rad(180), 0.3, 3), 0.5, 0, 0.05);
+    static const struct {
+        double ahead_m, az_deg, yaw_deg, range_m;
+        bool looks, passes; /* there; anywhere up to 3 m */
+    } row[] = {{0.5, 0, 0, 0.45, false, true},   {0.5, 0, 0, 0.55, true, true},  {0.5, 60, 0, 0.7, false, true},
+               {0.5, 60, 0, 1.4, true, true},    {0.5, 180, 0, 3, false, false}, {0.5, 180, 180, 0.55, true, true},
+               {-0.5, 110, 0, 0.5, true, true},  {-0.5, 110, 0, 3, false, true}, {-0.5, 180, 0, 0.3, true, true},
+               {-0.5, 180, 0, 0.6, false, true}, {0, 60, 0, 0.3, true, true},    {0, 110, 0, 0.3, false, false}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct picture_frame frame;
+        struct sight_place place;
+        start();
+        looks_at(UINT64_C(0xffff) | UINT64_C(0xffff) << 48, 0, false);
+        picture_get_frame(&picture, &frame);
+        frame.looks.place_m[0][0] = row[i].ahead_m;
+        picture_begin(&picture);
+        picture_set_frame(&picture, &frame);
+        picture_end(&picture);
+        quat_from_rpy(0, 0, geo_rad(row[i].yaw_deg), now.pose.attitude);
+        sight_locate(&frame, &limits, &now, &place);
+        struct promise p = promise_begin(&picture, &limits, &frame, &now, &place);
+        CHECK(promise_looks(&p, geo_rad(row[i].az_deg), row[i].range_m) == row[i].looks);
+        CHECK(promise_passes(&p, geo_rad(row[i].az_deg), 3) == row[i].passes);
+        const double most_m = promised(row[i].az_deg, (struct promise_look){.goes_on = true, .looked_m = 1}, 3);
+        CHECK_NEAR(most_m, row[i].passes ? 1 : 3, 0, 1e-9);
+    }
     quat_from_rpy(0, 0, 0, now.pose.attitude);
 }
 
@@ -194,6 +202,19 @@ TEST(near_covers_no_lost_ping)
             looks_at(UINT64_MAX, 0, first_turns);
             CHECK_NEAR(promised(0, row[i].look, 3), row[i].known_m, 0, 1e-9);
         }
+}
+
+/* Nor of a vehicle that drifts, whatever water goes on behind. */
+TEST(near_covers_no_lost_ping_adrift)
+{
+    static const struct promise_look row[] = {{.goes_on = true, .looked_m = 1}, {.showed = true, .looked_m = 1}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        start();
+        looks_at(UINT64_MAX, 0, false);
+        now.pose.drift_mps = 0.1;
+        CHECK_NEAR(promised(0, row[i], 3), 1, 0, 1e-9);
+    }
+    now.pose.drift_mps = 0;
 }
 
 /* Nor where a head is still to look, and beams from elsewhere saw the water behind. */
@@ -281,8 +302,10 @@ TEST(near_holds_in_a_still_beam_as_far_as_drift_has_brought_its_edge)
         picture_set_frame(&picture, &frame);
         picture_end(&picture);
         now.pose.drift_mps = 0.1;
-        const struct promise_look look = {
-            .showed = row[i].to_m != 0, .sure_m = fmax(0, (double)row[i].to_m), .age_s = row[i].age_s};
+        const struct promise_look look = {.showed = row[i].to_m != 0,
+                                          .sure_m = fmax(0, (double)row[i].to_m),
+                                          .age_s = row[i].age_s,
+                                          .looked_m = 99};
         CHECK_NEAR(fmin(promised(13.5, look, 3), 2), row[i].known_m, 0, 0.08);
     }
     now.pose.drift_mps = 0;
@@ -503,8 +526,9 @@ int main(void)
     RUN(a_flat_head_takes_no_bearing_from_a_higher_one);
     RUN(near_shrinks_as_a_vehicle_drifts);
     RUN(what_was_shown_beside_may_have_come_ahead);
-    RUN(near_counts_from_where_a_head_looks_on);
+    RUN(near_counts_where_a_head_looks);
     RUN(near_covers_no_lost_ping);
+    RUN(near_covers_no_lost_ping_adrift);
     RUN(near_ends_before_what_nobody_looked_at_where_a_head_has_yet_to_look);
     RUN(near_covers_no_water_in_a_beam_that_stays);
     RUN(near_holds_in_a_still_beam_as_far_as_drift_has_brought_its_edge);

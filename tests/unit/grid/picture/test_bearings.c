@@ -319,6 +319,10 @@ TEST(near_by_a_head_looks_elsewhere_than_far_away)
     CHECK(!look_to(&looks, -1, 0) && !look_to(&looks, 0.4, 0) && look_to(&looks, 0.6, 0));
     const double right_m[3] = {2, 1, 0};
     CHECK(bearings_look(&looks, 0.1, right_m) && !bearings_look(&looks, 0.11, right_m));
+    const double across_m[2][3] = {{1, 3, 0}, {1, -3, 0}}, aside_m[2][3] = {{0, 3, 0}, {0, 1, 0}};
+    CHECK(bearings_pass(&looks, 0.1, across_m[0], across_m[1]) &&
+          !bearings_pass(&looks, 0.11, across_m[0], across_m[1]));
+    CHECK(!bearings_pass(&looks, 0, across_m[0], aside_m[0]) && !bearings_pass(&looks, 0, aside_m[0], aside_m[1]));
     looks.bearings[1] = UINT64_MAX & ~looks.bearings[0]; /* another one looks at the rest: there is no edge */
     CHECK(look_to(&looks, 0.6, 2) && look_to(&looks, -1, 0));
     for (int deg = 0; deg < 360; deg++)
