@@ -1585,6 +1585,21 @@ TEST(blocks_of_corrected_submaps_equal_cells)
     CHECK(free > 5000 && heard > 500);
 }
 
+/* Beams that reach beyond the box are counted, ping by ping. */
+TEST(V6_clipped_pings_are_counted)
+{
+    const struct voxmap_setting s = rig_setting();
+    struct rig *r = rig_new(&s);
+    struct rig_ping p;
+    rig_aim(&p, (const double[3]){0}, 0, 60);
+    rig_enter(r, &p, SECOND);
+    const uint64_t once = r->map.stats.clipped;
+    CHECK(once > 0);
+    rig_enter(r, &p, 2 * SECOND);
+    CHECK_INT(r->map.stats.clipped, 2 * once);
+    rig_free(r);
+}
+
 int main(void)
 {
     RUN(settings_are_checked);
@@ -1637,5 +1652,6 @@ int main(void)
     RUN(a_moved_submap_is_forgotten_where_it_lies);
     RUN(blocks_equal_cells);
     RUN(blocks_of_corrected_submaps_equal_cells);
+    RUN(V6_clipped_pings_are_counted);
     return test_end();
 }
