@@ -297,9 +297,9 @@ int main(int argc, char **argv)
         RUN(among_things_that_move);
         RUN(in_waves);
         RUN(with_sonars_on_their_sides);
+        RUN(posts_that_are_nearer_than_near);
     }
     RUN(in_the_first_scan);
-    RUN(posts_that_are_nearer_than_near);
     RUN(a_post_that_comes_into_the_sight_of_a_silent_fan);
     return test_end();
 }
