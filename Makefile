@@ -116,7 +116,7 @@ $(eval $(call archive,$(DAEMON),$(filter-out daemon/main.c,$(call sources,daemon
 $(eval $(call archive,$(CLIENT),$(filter-out client/ctl/sonarctl.c client/mavlink/sonard-mavlink.c,$(call sources,client))))
 $(if $(WEB),$(eval $(call archive,$(WEBLIB),$(filter-out web/sonard-web.c,$(call sources,web)))))
 $(eval $(call archive,$(SIMLIB),$(wildcard tests/sim/lib/*.c)))
-$(eval $(call archive,$(WATERLIB),$(wildcard tests/water/*.c)))
+$(eval $(call archive,$(WATERLIB),$(wildcard tests/water/*.c tests/sound/*.c)))
 $(eval $(call archive,$(SEALIB),$(wildcard report/lib/*.c)))
 $(eval $(call archive,$(PILOTLIB),$(filter-out tests/pilot/pilot_runs.c,$(wildcard tests/pilot/*.c))))
 $(BUILD)/%.a:

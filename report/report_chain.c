@@ -166,7 +166,7 @@ static void add(struct tally *all, const struct tally *one)
 static void listen(const struct sea_scene *sea, unsigned seed)
 {
     for (unsigned n = 0; n < PINGS; n++)
-        sea_listen(sea, SEA_PING360, seed * SCANS + n / SEA_BEAMS, n % SEA_BEAMS, &pings[n]);
+        sea_listen(sea, SOUND_PING360, seed * SCANS + n / SEA_BEAMS, n % SEA_BEAMS, &pings[n]);
 }
 
 static void errors(unsigned seeds, unsigned scenes)
@@ -206,7 +206,7 @@ static void listen_scenes(unsigned scenes)
 {
     for (unsigned k = 0; k < scenes; k++)
         for (unsigned b = 0; b < SEA_BEAMS; b++)
-            sea_listen(&sea_scenes[k], SEA_PING360, 1, b, &scene_pings[k][b]);
+            sea_listen(&sea_scenes[k], SOUND_PING360, 1, b, &scene_pings[k][b]);
 }
 
 /* A scan of each of so many scenes, at times after all that went in before; *t_ns is the last one's. */

@@ -16,7 +16,7 @@
 #include "report/lib/chain.h"
 #include "report/lib/cost.h"
 #include "report/lib/knob.h"
-#include "report/lib/sea.h"
+#include "tests/sound/sea.h"
 
 #define SEEDS        8
 #define QUICK_SCENES 1
@@ -111,7 +111,7 @@ static struct chain *chain_of(const struct knob *s)
 
 /* ---- errors ---- */
 
-#define MAX_ERRORS (SEA_MAX_SCENES * SEA_HEADS * SEA_BEAMS)
+#define MAX_ERRORS (SEA_MAX_SCENES * SOUND_HEADS * SEA_BEAMS)
 
 struct tally {
     unsigned beams, surfaces; /* with and without a surface; with */
@@ -165,14 +165,14 @@ static void tally_print(struct tally *t, const struct knob *s, const char *scene
            1.0 - t->claimed_m / t->water_m);
 }
 
-static struct sea_ping sea[SEA_MAX_SCENES][SEA_HEADS][SEA_BEAMS];
+static struct sea_ping sea[SEA_MAX_SCENES][SOUND_HEADS][SEA_BEAMS];
 
 static void listen_all(unsigned scenes, unsigned seed, unsigned beams)
 {
     for (unsigned s = 0; s < scenes; s++)
-        for (int h = 0; h < SEA_HEADS; h++)
+        for (int h = 0; h < SOUND_HEADS; h++)
             for (unsigned b = 0; b < beams; b++)
-                sea_listen(&sea_scenes[s], (enum sea_head)h, seed, b, &sea[s][h][b]);
+                sea_listen(&sea_scenes[s], (enum sound_head)h, seed, b, &sea[s][h][b]);
 }
 
 static void errors_of(const struct knob *setting, unsigned seed)
@@ -182,9 +182,9 @@ static void errors_of(const struct knob *setting, unsigned seed)
     struct chain *chain = chain_of(setting);
     memset(&all, 0, sizeof all);
     for (unsigned s = 0; s < sea_scenes_n; s++)
-        for (int h = 0; h < SEA_HEADS; h++) {
+        for (int h = 0; h < SOUND_HEADS; h++) {
             memset(&one, 0, sizeof one);
-            chain_begin(chain, &sea_scenes[s], (enum sea_head)h);
+            chain_begin(chain, &sea_scenes[s], (enum sound_head)h);
             for (unsigned b = 0; b < SEA_BEAMS; b++)
                 chain_run(chain, &sea[s][h][b].ping, found);
             chain_end(chain, found);
@@ -192,7 +192,7 @@ static void errors_of(const struct knob *setting, unsigned seed)
                 tally_add(&one, &sea[s][h][b], &found[b]);
                 tally_add(&all, &sea[s][h][b], &found[b]);
             }
-            tally_print(&one, setting, sea_scenes[s].name, sea_head_name[h], seed);
+            tally_print(&one, setting, sea_scenes[s].name, sound_heads[h].name, seed);
         }
     tally_print(&all, setting, "all", "all", seed);
     chain_free(chain);
@@ -219,8 +219,8 @@ static double run_all(struct chain *chain, unsigned scenes, unsigned beams, unsi
     struct beam_echoes found[SEA_BEAMS];
     double bins = 0.0;
     for (unsigned s = 0; s < scenes; s++)
-        for (int h = 0; h < SEA_HEADS; h++) {
-            chain_begin(chain, &sea_scenes[s], (enum sea_head)h);
+        for (int h = 0; h < SOUND_HEADS; h++) {
+            chain_begin(chain, &sea_scenes[s], (enum sound_head)h);
             for (unsigned r = 0; r < repetitions; r++) {
                 const double begin_ns = cost_now_ns();
                 for (unsigned b = 0; b < beams; b++)

@@ -23,7 +23,7 @@
 #include "grid/sphere/sphere.h"
 #include "tests/water/scene.h"
 #include "tests/water/dice.h"
-#include "report/lib/sea.h"
+#include "tests/sound/sea.h"
 
 #define SEEDS     5
 #define TURNS     3
@@ -110,8 +110,8 @@ static bool is_surface(const struct place *scene, double az_rad, double range_m)
         for (int side = -1; side <= 1; side++) {
             struct place_hit hit;
             double d[3];
-            geo_direction(az_rad + side * geo_rad(2), k / 10.0 * (double)sea_ping_of(SEA_PING360).el_aperture_rad,
-                          d);
+            geo_direction(az_rad + side * geo_rad(2),
+                          k / 10.0 * (double)sea_ping_of(SOUND_PING360).el_aperture_rad, d);
             if (place_cast(scene, origin, d, 0, &hit) && fabs(hit.range_m - range_m) <= NEAR_M)
                 return true;
         }
@@ -174,15 +174,15 @@ static void hear(unsigned seed, double bounce_db, unsigned turns, struct tally *
     start(&rig);
     for (unsigned i = 0; i < turns * BEAMS; i++) {
         struct dice dice = dice_of(seed, i);
-        struct ping ping = sea_ping_of(SEA_PING360);
+        struct ping ping = sea_ping_of(SOUND_PING360);
         struct ping_beam axis = {.az_rad = (float)(GEO_TURN * (i % BEAMS) / BEAMS)};
         struct beam_echoes beam;
         struct echoes e = {.max_beams = 1, .beam = &beam};
         double mean[SEA_MAX_BINS] = {0}, attitude[4];
         quat_from_rpy(0, 0, (double)axis.az_rad, attitude);
         sea_surfaces(&sound, &rig.scene, origin, attitude, 0, &ping, mean);
-        sea_disturb(&water, SEA_PING360, false, &dice, mean);
-        sea_hear(SEA_PING360, mean, 0.2, 0, &dice, samples);
+        sea_disturb(&water, SOUND_PING360, false, &dice, mean);
+        sea_hear(SOUND_PING360, mean, 0.2, 0, &dice, samples);
         ping.t_ns = t_ns = (i + 1) * (uint64_t)PING_NS;
         ping.seq = i + 1;
         ping.head_units = i % BEAMS;

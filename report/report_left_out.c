@@ -109,7 +109,7 @@ static bool same_answer(const struct beam_echoes *a, const struct beam_echoes *b
 
 static struct sea_ping scan[SEA_BEAMS];
 
-static void answers(struct chain *chain, const struct sea_scene *scene, enum sea_head head,
+static void answers(struct chain *chain, const struct sea_scene *scene, enum sound_head head,
                     struct beam_echoes *out)
 {
     chain_begin(chain, scene, head);
@@ -119,7 +119,7 @@ static void answers(struct chain *chain, const struct sea_scene *scene, enum sea
 }
 
 /* One scan through all variants; changed[v] counts the beams of which variant v says anything else than the first. */
-static void proof_of(struct chain *chain[VARIANTS], const struct sea_scene *scene, enum sea_head head,
+static void proof_of(struct chain *chain[VARIANTS], const struct sea_scene *scene, enum sound_head head,
                      unsigned seed, unsigned changed[VARIANTS])
 {
     struct beam_echoes want[SEA_BEAMS], got[SEA_BEAMS];
@@ -141,24 +141,24 @@ static void proof(unsigned seeds)
         chain[v] = chain_of(&variants[v]);
     for (unsigned seed = 1; seed <= seeds; seed++)
         for (unsigned s = 0; s < sea_scenes_n; s++)
-            for (int h = 0; h < SEA_HEADS; h++)
-                proof_of(chain, &sea_scenes[s], (enum sea_head)h, seed, changed);
+            for (int h = 0; h < SOUND_HEADS; h++)
+                proof_of(chain, &sea_scenes[s], (enum sound_head)h, seed, changed);
     printf("stage,must_be,beams,changed,bytes\n");
     for (size_t v = 0; v < VARIANTS; v++) {
         printf("%s,%s,%u,%u,%zu\n", variants[v].name, variants[v].must,
-               seeds * sea_scenes_n * SEA_HEADS * SEA_BEAMS, changed[v], chain_bytes(chain[v]));
+               seeds * sea_scenes_n * SOUND_HEADS * SEA_BEAMS, changed[v], chain_bytes(chain[v]));
         chain_free(chain[v]);
     }
 }
 
-static struct sea_ping some[SEA_MAX_SCENES][SEA_HEADS][COUNT_BEAMS];
+static struct sea_ping some[SEA_MAX_SCENES][SOUND_HEADS][COUNT_BEAMS];
 
 static void listen_some(unsigned scenes)
 {
     for (unsigned s = 0; s < scenes; s++)
-        for (int h = 0; h < SEA_HEADS; h++)
+        for (int h = 0; h < SOUND_HEADS; h++)
             for (unsigned b = 0; b < COUNT_BEAMS; b++)
-                sea_listen(&sea_scenes[s], (enum sea_head)h, 1, b * SEA_BEAMS / COUNT_BEAMS, &some[s][h][b]);
+                sea_listen(&sea_scenes[s], (enum sound_head)h, 1, b * SEA_BEAMS / COUNT_BEAMS, &some[s][h][b]);
 }
 
 /* Those beams of so many scenes; *ns is what chain_run takes of them. Returns their bins. */
@@ -168,8 +168,8 @@ static unsigned run_some(struct chain *chain, unsigned scenes, double *ns)
     unsigned bins = 0;
     *ns = 0;
     for (unsigned s = 0; s < scenes; s++)
-        for (int h = 0; h < SEA_HEADS; h++) {
-            chain_begin(chain, &sea_scenes[s], (enum sea_head)h);
+        for (int h = 0; h < SOUND_HEADS; h++) {
+            chain_begin(chain, &sea_scenes[s], (enum sound_head)h);
             for (unsigned b = 0; b < COUNT_BEAMS; b++) {
                 const double begin_ns = cost_now_ns();
                 chain_run(chain, &some[s][h][b].ping, found);

@@ -78,7 +78,7 @@ static void play(const char *more, const struct sea_scene *scene, struct scans *
     configure(more, &conf);
     struct pipeline *pipeline = scans_start(&conf, 1);
     for (unsigned n = 0; n < SCANS * SEA_BEAMS; n++) {
-        sea_listen(scene, SEA_PING360, n / SEA_BEAMS + 1, n % SEA_BEAMS, &sea);
+        sea_listen(scene, SOUND_PING360, n / SEA_BEAMS + 1, n % SEA_BEAMS, &sea);
         scans_submit(pipeline, &sea);
         if (n % ASK_EVERY == ASK_EVERY - 1)
             ask(pipeline, &conf, sea.ping.t_ns, out->sector[n / ASK_EVERY]);
@@ -152,7 +152,7 @@ static struct sea_ping some[SEA_MAX_SCENES * COUNT_BEAMS];
 static void listen_some(unsigned scenes)
 {
     for (unsigned n = 0; n < scenes * COUNT_BEAMS; n++)
-        sea_listen(&sea_scenes[n / COUNT_BEAMS], SEA_PING360, n / COUNT_BEAMS + 1,
+        sea_listen(&sea_scenes[n / COUNT_BEAMS], SOUND_PING360, n / COUNT_BEAMS + 1,
                    n % COUNT_BEAMS * SEA_BEAMS / COUNT_BEAMS, &some[n]);
 }
 

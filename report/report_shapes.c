@@ -21,7 +21,7 @@
 #include "grid/sphere/sphere.h"
 #include "report/lib/basin_grid.h"
 #include "tests/water/dice.h"
-#include "report/lib/sea.h"
+#include "tests/sound/sea.h"
 #include "tests/water/places.h"
 
 #define SEEDS     60
@@ -85,7 +85,7 @@ static uint64_t hear(struct rig *rig, const struct tank *tank, unsigned seed, bo
     uint64_t t_ns = 0;
     for (unsigned i = 0; i < TURNS * BEAMS; i++) {
         struct dice dice = dice_of(seed, 1000 + i);
-        struct ping ping = sea_ping_of(SEA_PING360);
+        struct ping ping = sea_ping_of(SOUND_PING360);
         struct ping_beam axis = {.az_rad = (float)(GEO_TURN * (i % BEAMS) / BEAMS)};
         struct beam_echoes beam;
         struct echoes e = {.max_beams = 1, .beam = &beam};
@@ -96,8 +96,8 @@ static uint64_t hear(struct rig *rig, const struct tank *tank, unsigned seed, bo
         ping.pulse_m *= (float)tank->bins;
         quat_from_rpy(0, 0, yaw_rad + (double)axis.az_rad, attitude);
         sea_surfaces(&sound, &tank->place, (const double[3]){0}, attitude, 0, &ping, mean);
-        sea_disturb(&water, SEA_PING360, false, &dice, mean);
-        sea_hear(SEA_PING360, mean, 0.2, 0, &dice, samples);
+        sea_disturb(&water, SOUND_PING360, false, &dice, mean);
+        sea_hear(SOUND_PING360, mean, 0.2, 0, &dice, samples);
         ping.t_ns = t_ns = (uint64_t)((i + 1) * PING_S * 1e9);
         ping.seq = i + 1;
         ping.head_units = i % BEAMS;

@@ -20,9 +20,9 @@
 #include "lib/knob.h"
 #include "lib/recordings.h"
 #include "lib/rivals.h"
-#include "lib/sea.h"
 #include "lib/shipped.h"
 #include "lib/verdict.h"
+#include "tests/sound/sea.h"
 
 #define SEEDS   8
 #define WORLDS  36
@@ -108,10 +108,10 @@ static void add_beam(struct tally *t, const struct sea_ping *sea, const struct b
 static void listen_to(const struct sea_scene *scene, struct shipped **shipped, unsigned seeds, struct tally *t)
 {
     static struct sea_ping sea;
-    for (unsigned n = 0; n < seeds * SEA_HEADS * 2 * SEA_BEAMS; n++) {
-        const unsigned beam = n % (2 * SEA_BEAMS), head = n / (2 * SEA_BEAMS) % SEA_HEADS,
-                       seed = 1 + n / (2 * SEA_BEAMS * SEA_HEADS);
-        sea_listen(scene, (enum sea_head)head, beam < SEA_BEAMS ? FIRST_SCAN : seed, beam % SEA_BEAMS, &sea);
+    for (unsigned n = 0; n < seeds * SOUND_HEADS * 2 * SEA_BEAMS; n++) {
+        const unsigned beam = n % (2 * SEA_BEAMS), head = n / (2 * SEA_BEAMS) % SOUND_HEADS,
+                       seed = 1 + n / (2 * SEA_BEAMS * SOUND_HEADS);
+        sea_listen(scene, (enum sound_head)head, beam < SEA_BEAMS ? FIRST_SCAN : seed, beam % SEA_BEAMS, &sea);
         sea.ping.t_ns = beam * PING_NS;
         for (size_t i = 0; i < SETTINGS; i++) {
             struct beam_echoes found;
@@ -223,9 +223,9 @@ static void listen_to_class(const struct sea_scene *scene, struct shipped **ship
                             struct tally t[METHODS])
 {
     static struct sea_ping sea;
-    for (unsigned n = 0; n < SEA_HEADS * 2 * SEA_BEAMS; n++) {
+    for (unsigned n = 0; n < SOUND_HEADS * 2 * SEA_BEAMS; n++) {
         const unsigned beam = n % (2 * SEA_BEAMS), head = n / (2 * SEA_BEAMS);
-        sea_listen(scene, (enum sea_head)head, beam < SEA_BEAMS ? FIRST_SCAN : seed, beam % SEA_BEAMS, &sea);
+        sea_listen(scene, (enum sound_head)head, beam < SEA_BEAMS ? FIRST_SCAN : seed, beam % SEA_BEAMS, &sea);
         sea.ping.t_ns = beam * PING_NS;
         for (int m = HEARD; m <= MINIMUM && beam == 0; m++)
             shipped_begin(shipped[m]);

@@ -80,7 +80,7 @@ size_t chain_bytes(const struct chain *chain)
 }
 
 /* What a vehicle hears of itself: learnt in open water, once for each that rings or is built differently. */
-static struct background *learn(const struct sea_scene *vehicle, enum sea_head head)
+static struct background *learn(const struct sea_scene *vehicle, enum sound_head head)
 {
     const struct background_learn_conf conf = {.pings = LEARN_SCANS, .standing = true};
     struct background_shape shape;
@@ -101,11 +101,11 @@ static struct background *learn(const struct sea_scene *vehicle, enum sea_head h
     return background;
 }
 
-static struct background *template_of(const struct sea_scene *scene, enum sea_head head)
+static struct background *template_of(const struct sea_scene *scene, enum sound_head head)
 {
     static struct {
         double ring_m, frame_m;
-        struct background *of[SEA_HEADS];
+        struct background *of[SOUND_HEADS];
     } known[MAX_VEHICLES];
     struct sea_scene vehicle = sea_scenes[0];
     unsigned v = 0;
@@ -116,8 +116,8 @@ static struct background *template_of(const struct sea_scene *scene, enum sea_he
     if (!known[v].of[0]) {
         known[v].ring_m = vehicle.ring_m = scene->ring_m;
         known[v].frame_m = vehicle.frame_m = scene->frame_m;
-        for (int h = 0; h < SEA_HEADS; h++)
-            known[v].of[h] = learn(&vehicle, (enum sea_head)h);
+        for (int h = 0; h < SOUND_HEADS; h++)
+            known[v].of[h] = learn(&vehicle, (enum sound_head)h);
     }
     return known[v].of[head];
 }
@@ -170,9 +170,9 @@ static void take(struct chain *chain, const struct ping *heard, struct beam_echo
 }
 
 /* One turn of a scene, which chains hear before they are asked; made once. */
-static const struct sea_ping *turn_of(const struct sea_scene *scene, enum sea_head head)
+static const struct sea_ping *turn_of(const struct sea_scene *scene, enum sound_head head)
 {
-    static struct sea_ping *turns[SEA_MAX_SCENES][SEA_HEADS];
+    static struct sea_ping *turns[SEA_MAX_SCENES][SOUND_HEADS];
     struct sea_ping **turn = &turns[scene - sea_scenes][head];
     if (!*turn) {
         *turn = room(SEA_BEAMS * sizeof **turn);
@@ -195,7 +195,7 @@ static void begin_cleanup(struct chain *chain)
     }
 }
 
-void chain_begin(struct chain *chain, const struct sea_scene *scene, enum sea_head head)
+void chain_begin(struct chain *chain, const struct sea_scene *scene, enum sound_head head)
 {
     struct beam_echoes found[SEA_BEAMS];
     if (chain->extract)

@@ -9,7 +9,7 @@
 #include "config/conf.h"
 #include "grid/range/cleanup.h"
 #include "grid/range/extract.h"
-#include "sea.h"
+#include "tests/sound/sea.h"
 
 enum chain_background {
     CHAIN_NO_TEMPLATE,
@@ -39,7 +39,7 @@ void chain_free(struct chain *chain);
 size_t chain_bytes(const struct chain *chain);
 
 /** chain_begin - another vehicle: forgets earlier pings, takes its template, has seen one turn of the scene. */
-void chain_begin(struct chain *chain, const struct sea_scene *scene, enum sea_head head);
+void chain_begin(struct chain *chain, const struct sea_scene *scene, enum sound_head head);
 
 /** chain_run - one ping; what comes out, of this beam or of one before it, goes to its place in found[SEA_BEAMS]. This
  * is what callgrind counts. */

@@ -21,7 +21,7 @@
 #define PING_NS     40000000u
 
 static const struct sea_sound sound = {
-    .surface_db = -6, .rough = 0.1, .bounce_db = {-15}, .rays_az = 5, .rays_el = 45, .staggered = true};
+    .surface_db = -6, .rough = 0.1, .bounce_db = {-15}, .rays_az = 5, .rays_el = 45, .spread = SOUND_STAGGERED};
 static const struct sea_scene noise = {
     .floor_db = -44, .reverb_db = -60, .ring_m = 0.2, .burst_share = 0.02, .frame_m = 0.45};
 
@@ -50,7 +50,7 @@ static void look_from(struct dive_look *look, const struct place *world, double 
 
 static void sound_of(const struct place *world, const struct dive_look *look, float *mean)
 {
-    const struct ping head = sea_ping_of(SEA_MICRON);
+    const struct ping head = sea_ping_of(SOUND_MICRON);
     double power[SEA_MAX_BINS] = {0};
     sea_surfaces(&sound, world, look->at, look->attitude, look->t_s, &head, power);
     for (uint32_t b = 0; b < head.n_bins; b++)
@@ -113,17 +113,17 @@ static bool framed(size_t direction)
 static struct ping listen(struct dive_ears *ears, const float *surfaces, size_t i, uint64_t seed)
 {
     struct dice dice = dice_of(seed, i);
-    struct ping ping = sea_ping_of(SEA_MICRON);
+    struct ping ping = sea_ping_of(SOUND_MICRON);
     double mean[SEA_MAX_BINS] = {0};
     for (uint32_t b = 0; surfaces && b < ping.n_bins; b++)
         mean[b] = (double)surfaces[b];
     for (uint32_t b = 0; ears->gain_db > 0.0 && b < ping.n_bins; b++) {
         const double r_m = fmax(1.0, (b + 0.5) * (double)ping.dr_m);
         const double rise_db = ears->gain_db * log10(r_m) / log10(DIVE_RANGE_M);
-        mean[b] += pow(10.0, noise.floor_db / 10.0) * (pow(10.0, rise_db / 10.0) - 1.0);
+        mean[b] += sound_power(noise.floor_db) * (sound_power(rise_db) - 1.0);
     }
-    sea_disturb(&noise, SEA_MICRON, framed(i % DIVE_TURN), &dice, mean);
-    sea_hear(SEA_MICRON, mean, noise.ring_m, 0, &dice, ears->samples);
+    sea_disturb(&noise, SOUND_MICRON, framed(i % DIVE_TURN), &dice, mean);
+    sea_hear(SOUND_MICRON, mean, noise.ring_m, 0, &dice, ears->samples);
     ping.t_ns = ++ears->pings * PING_NS;
     ping.seq = (uint32_t)ears->pings;
     ping.head_units = (uint32_t)(i % DIVE_TURN) * UNITS;

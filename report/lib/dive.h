@@ -11,7 +11,7 @@
 #include <stddef.h>
 
 #include "grid/echoes.h"
-#include "sea.h"
+#include "tests/sound/sea.h"
 #include "tests/water/places.h"
 
 #define DIVE_TURN    200  /* pings */

@@ -10,7 +10,7 @@
 #include "config/conf.h"
 #include "daemon/pipeline/pipeline.h"
 #include "grid/answer/answer.h"
-#include "sea.h"
+#include "tests/sound/sea.h"
 
 /** scans_start - the pipeline of a configuration, for pings of so many beams; pipeline_free ends it. */
 struct pipeline *scans_start(const struct conf *conf, uint32_t beams);

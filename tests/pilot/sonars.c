@@ -7,7 +7,7 @@
 
 #include "drivers/devices/micron.h"
 #include "tests/water/dice.h"
-#include "tests/sim/lib/water.h"
+#include "tests/sound/water.h"
 
 #define SOUND_MPS    1500.0
 #define NOISE_COUNTS 8.0
@@ -116,7 +116,7 @@ static void hear_profile(enum pilot_sonar sonar, const struct pilot_shot *from, 
     const uint32_t at = from->aimed ? from->head_units : from->number % steps * units;
     const double az_rad = at * GEO_TURN / kinds[sonar].turn;
     const double range_m = from->aimed ? from->range_m : kinds[sonar].range_m;
-    const struct water_shot shot = {.head = sonar == PILOT_MICRON ? WATER_MICRON : WATER_PING360,
+    const struct water_shot shot = {.head = sonar == PILOT_MICRON ? SOUND_MICRON : SOUND_PING360,
                                     .origin_m = {from->place_m[0], from->place_m[1], from->place_m[2]},
                                     .az_rad = from->heading_rad + az_rad,
                                     .t_s = from->t_s,

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * sonars - the virtual sonars of a vehicle that is steered: two turning heads with the sound of tests/sim/lib/water.h,
+ * sonars - the virtual sonars of a vehicle that is steered: two turning heads with the sound of tests/sound/water.h,
  * a fan that picks ranges itself, and a matrix of beams that does so up to 44 degrees above and below. Pings are made
  * as their devices make them.
  */

@@ -20,7 +20,7 @@
 #include "tests/sim/lib/micron_head.h"
 #include "tests/sim/lib/pace.h"
 #include "tests/water/scene.h"
-#include "tests/sim/lib/water.h"
+#include "tests/sound/water.h"
 
 #define STATUS_EVERY_NS 1000000000u
 #define LINE_OPEN_NS    10000000u /* how often to look whether somebody has opened the line */
@@ -69,7 +69,7 @@ static void on_listen(void *ctx, const struct micron_head_shot *shot, uint8_t *s
     const double azimuth_deg = (shot->bearing - MICRON_AHEAD) * 360.0 / MICRON_TURN; /* from the bow */
     const uint32_t n_bins = shot->settings.n_bins, n = n_bins < WATER_MAX_SAMPLES ? n_bins : WATER_MAX_SAMPLES;
     struct water_shot beam = {
-        .head = WATER_MICRON,
+        .head = SOUND_MICRON,
         .az_rad = geo_rad(azimuth_deg + sim.yaw_deg),
         .t_s = (double)(shot->t_ns - sim.start_ns) * 1e-9,
         .sample_s = shot->settings.interval * MICRON_TICK_S,

@@ -11,7 +11,7 @@
 #include "head.h"
 #include "line.h"
 #include "tests/water/scene.h"
-#include "water.h"
+#include "tests/sound/water.h"
 
 #define SIM_ANSWER_MAX 256
 

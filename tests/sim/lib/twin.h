@@ -12,7 +12,7 @@
 
 #include "line.h"
 #include "tests/water/scene.h"
-#include "water.h"
+#include "tests/sound/water.h"
 
 #define TWIN_NEVER UINT64_MAX
 

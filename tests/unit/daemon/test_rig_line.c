@@ -274,7 +274,7 @@ static void micron_send(void *ctx, const uint8_t *frame, size_t n, uint64_t now_
 
 static void micron_listen(void *ctx, const struct micron_head_shot *shot, uint8_t *samples)
 {
-    const struct water_shot beam = {.head = WATER_MICRON,
+    const struct water_shot beam = {.head = SOUND_MICRON,
                                     .az_rad = (shot->bearing - MICRON_AHEAD) * GEO_TURN / MICRON_TURN,
                                     .t_s = (double)shot->t_ns * 1e-9,
                                     .sample_s = shot->settings.interval * MICRON_TICK_S,

@@ -4,26 +4,21 @@
  * bursts of other sound, the vehicle's own frame. The same bytes for the same numbers. Knows no detector and no map.
  *
  * A surface answers with exponential power (many scatterers of random phase) that the pulse correlates, and so do
- * noise and reverberation. Levels are dB of power against a full count of the Ping360-like head; the Micron-like
- * head hears all of them 25 dB lower, within its 80 dB. A reflector at r is heard from r to r + pulse.
+ * noise and reverberation. Levels are dB of power against a full count of the Ping360-like head, which hears 12 m in
+ * 600 bins; the Micron-like head hears all of them 25 dB lower, 10 m in 400 bins. A reflector at r is heard from r to
+ * r + pulse.
  */
-#ifndef SONARD_REPORT_SEA_H
-#define SONARD_REPORT_SEA_H
+#ifndef SONARD_SOUND_SEA_H
+#define SONARD_SOUND_SEA_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "grid/ping.h"
+#include "sound.h"
 
 #define SEA_BEAMS      40 /* of one scan, 0.9 degrees apart, around straight ahead */
 #define SEA_MAX_BINS   600
 #define SEA_MAX_SCENES 24
-
-enum sea_head {
-    SEA_PING360, /* 12 m in 600 bins, 2 x 25 degrees, counts to the square root of pressure */
-    SEA_MICRON,  /* 10 m in 400 bins, 3 x 35 degrees, 80 dB in 255 counts */
-    SEA_HEADS,
-};
 
 struct sea_scene {
     const char *name, *what; /* for tables, for people */
@@ -41,8 +36,6 @@ struct sea_scene {
 extern const struct sea_scene sea_scenes[];
 extern const unsigned sea_scenes_n;
 
-extern const char *const sea_head_name[SEA_HEADS];
-
 /* What of a beam is really there. */
 struct sea_met {
     double skirt_m;    /* nearest surface that any ray meets: an echo there is no ghost */
@@ -58,7 +51,6 @@ struct sea_ping {
     struct sea_met met; /* beyond the range: nothing */
 };
 
-struct dice;
 struct place;
 
 /* How surfaces sound. A wall that fills the beam at 0 m answers with surface_db, 0.4 dB/m less farther away. */
@@ -69,8 +61,8 @@ struct sea_sound {
                                 * 0: nothing */
     double
         square_on; /* so much of the cosine of incidence throws sound back and forth; 0: its eighth power does */
-    int rays_az, rays_el; /* over twice the half-power aperture, where the two-way pattern is 24 dB down */
-    bool staggered;       /* every azimuth has elevations of its own: an oblique surface is no row of points */
+    int rays_az, rays_el;
+    enum sound_spread spread;
 };
 
 /** sea_surfaces - adds to the mean power by bin what a head at `from` hears along attitude's x in a place. */
@@ -79,17 +71,18 @@ struct sea_met sea_surfaces(const struct sea_sound *sound, const struct place *p
 
 /** sea_disturb - adds to the mean power by bin what is no surface: noise, reverberation, bursts, in a framed beam the
  * frame. */
-void sea_disturb(const struct sea_scene *scene, enum sea_head head, bool framed, struct dice *dice, double *mean);
+void sea_disturb(const struct sea_scene *scene, enum sound_head head, bool framed, struct dice *dice,
+                 double *mean);
 
 /** sea_hear - from mean power by bin to the counts of one ping: speckle, the pulse, the ring-down, stray counts. */
-void sea_hear(enum sea_head head, const double *mean, double ring_m, double stray_share, struct dice *dice,
+void sea_hear(enum sound_head head, const double *mean, double ring_m, double stray_share, struct dice *dice,
               uint8_t *samples);
 
 /** sea_ping_of - a ping of this head without direction, time and samples. */
-struct ping sea_ping_of(enum sea_head head);
+struct ping sea_ping_of(enum sound_head head);
 
 /** sea_listen - beam 0 .. SEA_BEAMS - 1 of the scan `seed` of a scene. */
-void sea_listen(const struct sea_scene *scene, enum sea_head head, uint64_t seed, unsigned beam,
+void sea_listen(const struct sea_scene *scene, enum sound_head head, uint64_t seed, unsigned beam,
                 struct sea_ping *out);
 
 #endif

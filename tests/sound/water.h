@@ -10,18 +10,16 @@
  * pressure: the compressed scale that the real Ping360 shows. A Micron says decibels: 80 over 255 counts, 0 where the
  * receiver ends.
  */
-#ifndef SONARD_SIM_WATER_H
-#define SONARD_SIM_WATER_H
+#ifndef SONARD_SOUND_WATER_H
+#define SONARD_SOUND_WATER_H
 
 #include <stdint.h>
 #include <stdio.h>
 
+#include "sound.h"
 #include "tests/water/scene.h"
 
 #define WATER_MAX_SAMPLES 1200
-
-/* Whose transducer and scale it is: 2 x 25 degrees full width at half power one way, or 3 x 35 degrees. */
-enum water_head { WATER_PING360, WATER_MICRON };
 
 struct water {
     double sound_speed_mps;
@@ -32,7 +30,7 @@ struct water {
 
 /* One transmission. The beam's axis is level. */
 struct water_shot {
-    enum water_head head;
+    enum sound_head head;
     double origin_m[3]; /* of the head, NED */
     double az_rad;      /* of the beam, clockwise from north */
     double t_s;         /* time of the scene */

@@ -2,17 +2,16 @@
 /* water - echoes from rays; see water.h. */
 #include "water.h"
 
-#include <complex.h>
-#include <math.h>
 #include <string.h>
 
 #include "grid/geometry.h"
-#include "tests/water/dice.h"
 
 #define RAYS_AZ 15
 #define RAYS_EL 41
 #define LOOK_AZ 9
 #define LOOK_EL 51
+
+#define MAX_SPAN 64 /* samples over which noise is correlated */
 
 /* Levels are pressures at normal gain, 1: full scale. */
 #define ECHO_LEVEL          3.0   /* beam-filling wall at 1 m */
@@ -23,23 +22,8 @@
 #define RING_FULL_M         0.14  /* the transducer rings at full scale so far, and the pulse's length ... */
 #define RING_DECAY_M        0.026 /* ... and then decays */
 
-#define MICRON_FULL_DB 66.0 /* of full-scale pressure, as the Micron counts them */
-
-static uint8_t root_count(double pressure)
-{
-    return (uint8_t)fmin(255.0, 255.0 * sqrt(pressure));
-}
-
-static uint8_t decibel_count(double pressure)
-{
-    double db = 20.0 * log10(pressure) + MICRON_FULL_DB;
-    return (uint8_t)fmin(fmax(db * 255.0 / 80.0, 0.0), 255.0);
-}
-
-static const struct {
-    double az_aperture_deg, el_aperture_deg;
-    uint8_t (*count)(double pressure);
-} heads[] = {[WATER_PING360] = {2.0, 25.0, root_count}, [WATER_MICRON] = {3.0, 35.0, decibel_count}};
+/* Of pressure 1. */
+static const double one[SOUND_HEADS] = {[SOUND_PING360] = 255.0, [SOUND_MICRON] = 66.0 / SOUND_MICRON_DB};
 
 /* The echo of one pulse, seen through the receiver: flat with soft edges, 1 at the top. u = 0..1 over its length. */
 static double pulse_envelope(double u)
@@ -82,12 +66,6 @@ static double time_varied_gain(const struct water_shot *shot, double range_m)
     return sqrt(fmax(range_m, 0.1)) * pow(2.0, shot->gain - 1);
 }
 
-static double beam_power(double off_deg, double aperture_deg)
-{
-    double x = off_deg / aperture_deg;
-    return exp2(-4.0 * x * x);
-}
-
 static void ray_add(double complex *field, const struct water *water, const struct water_shot *shot,
                     const struct place_hit *hit, double weight, struct dice *dice)
 {
@@ -101,29 +79,19 @@ static void ray_add(double complex *field, const struct water *water, const stru
     pulse_add(field, water, shot, hit->ghost_m, pressure * water->ghost * facing * loss(shot, hit->ghost_m));
 }
 
-/* The fan goes out to twice the half-power width, where the two-way pattern is down by 24 dB. */
 static void rays_add(double complex *field, const struct water *water, const struct place *scene,
                      const struct water_shot *shot, struct dice *dice)
 {
+    const struct sound_head_kind *head = &sound_heads[shot->head];
+    struct sound_ray ray[RAYS_AZ * RAYS_EL];
     struct place_hit hit;
-    const double az_width_deg = heads[shot->head].az_aperture_deg,
-                 el_width_deg = heads[shot->head].el_aperture_deg;
-    double direction[3], weight[RAYS_AZ][RAYS_EL], az_deg[RAYS_AZ][RAYS_EL], el_deg[RAYS_AZ][RAYS_EL], sum = 0.0;
-    for (int i = 0; i < RAYS_AZ; i++) {
-        for (int k = 0; k < RAYS_EL; k++) {
-            az_deg[i][k] = ((i + dice_uniform(dice)) / RAYS_AZ * 2.0 - 1.0) * az_width_deg;
-            el_deg[i][k] = ((k + dice_uniform(dice)) / RAYS_EL * 2.0 - 1.0) * el_width_deg;
-            double one_way = beam_power(az_deg[i][k], az_width_deg) * beam_power(el_deg[i][k], el_width_deg);
-            weight[i][k] = one_way * one_way;
-            sum += weight[i][k];
-        }
-    }
-    for (int i = 0; i < RAYS_AZ; i++) {
-        for (int k = 0; k < RAYS_EL; k++) {
-            geo_direction(shot->az_rad + geo_rad(az_deg[i][k]), geo_rad(el_deg[i][k]), direction);
-            if (place_cast(scene, shot->origin_m, direction, shot->t_s, &hit))
-                ray_add(field, water, shot, &hit, weight[i][k] / sum, dice);
-        }
+    double direction[3];
+    sound_fan(SOUND_JITTERED, RAYS_AZ, RAYS_EL, dice, ray);
+    for (int n = 0; n < RAYS_AZ * RAYS_EL; n++) {
+        geo_direction(shot->az_rad + geo_rad(ray[n].az * head->az_deg), geo_rad(ray[n].el * head->el_deg),
+                      direction);
+        if (place_cast(scene, shot->origin_m, direction, shot->t_s, &hit))
+            ray_add(field, water, shot, &hit, ray[n].weight, dice);
     }
 }
 
@@ -133,18 +101,16 @@ static void noise_add(double complex *field, const struct water *water, const st
 {
     /* mean of sqrt(p) for Rayleigh p of scale s is 2^(1/4) Gamma(5/4) sqrt(s) */
     const double noise = pow(water->noise_counts / (255.0 * 1.0779), 2.0);
-    const uint32_t span = (uint32_t)fmin(fmax(1.0, round(pulse_length_s(shot) / shot->sample_s / 2.0)), 64.0);
+    const uint32_t span = (uint32_t)fmin(fmax(1.0, round(pulse_length_s(shot) / shot->sample_s / 2.0)), MAX_SPAN);
     const double scale = 1.0 / sqrt((double)span);
-    double complex last[64] = {0}, sum = 0.0;
+    double complex x[WATER_MAX_SAMPLES + MAX_SPAN];
 
-    for (uint32_t i = 0; i < shot->n_samples + span; i++) {
-        double complex x = sqrt(2.0) * dice_normal(dice);
-        sum += x - last[i % span];
-        last[i % span] = x;
-        if (i < span)
-            continue;
-        double range_m = ((i - span) + 0.5) * shot->sample_s * water->sound_speed_mps / 2.0;
-        field[i - span] += scale * sum * hypot(noise, REVERBERATION_LEVEL * loss(shot, range_m));
+    for (uint32_t i = 0; i < shot->n_samples + span; i++)
+        x[i] = sqrt(2.0) * dice_normal(dice);
+    sound_pulse(x, shot->n_samples + span, span);
+    for (uint32_t i = 0; i < shot->n_samples; i++) {
+        double range_m = (i + 0.5) * shot->sample_s * water->sound_speed_mps / 2.0;
+        field[i] += scale * x[i + span] * hypot(noise, REVERBERATION_LEVEL * loss(shot, range_m));
     }
 }
 
@@ -161,7 +127,9 @@ void water_listen(const struct water *water, const struct place *scene, const st
     for (uint32_t i = 0; i < shot->n_samples; i++) {
         double range_m = (i + 0.5) * shot->sample_s * water->sound_speed_mps / 2.0;
         double ring = exp(-(range_m - ring_end_m) / RING_DECAY_M);
-        samples[i] = heads[shot->head].count(cabs(field[i]) * time_varied_gain(shot, range_m) + ring);
+        const double pressure = cabs(field[i]) * time_varied_gain(shot, range_m) + ring;
+        samples[i] = sound_byte(
+            sound_count(sound_heads[shot->head].law, pressure * pressure, one[shot->head], SOUND_MICRON_DB));
     }
 }
 
@@ -170,8 +138,8 @@ void water_look(const struct place *scene, const struct water_shot *shot, struct
     double direction[3];
     const struct place_fan fan = {shot->az_rad,
                                   0.0,
-                                  geo_rad(heads[shot->head].az_aperture_deg) / 2.0,
-                                  geo_rad(heads[shot->head].el_aperture_deg) / 2.0,
+                                  geo_rad(sound_heads[shot->head].az_deg) / 2.0,
+                                  geo_rad(sound_heads[shot->head].el_deg) / 2.0,
                                   LOOK_AZ,
                                   LOOK_EL};
     truth->nearest_m = place_nearest(scene, shot->origin_m, &fan, shot->t_s);

@@ -2,15 +2,12 @@
 /* sea - pings of a made-up sea; see sea.h. */
 #include "sea.h"
 
-#include <complex.h>
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "core/fault.h"
 #include "tests/water/scene.h"
-#include "tests/water/dice.h"
 
 #define STEP_DEG      0.9
 #define ABSORPTION    0.4 /* dB per metre, there and back */
@@ -21,8 +18,6 @@
 #define RAISED_DB     18.0
 #define STRAY_SHARE   0.001
 #define STRAY_DB      (-48.0)
-#define MICRON_DB     (-25.0)
-#define MICRON_RANGE  80.0
 
 #define QUIET (-44.0) /* 20 counts of a Ping360 */
 #define WALL  (-6.0)
@@ -61,29 +56,14 @@ const struct sea_scene sea_scenes[] = {
 _Static_assert(sizeof sea_scenes / sizeof sea_scenes[0] <= SEA_MAX_SCENES, "room in arrays of scenes");
 const unsigned sea_scenes_n = sizeof sea_scenes / sizeof sea_scenes[0];
 
-const char *const sea_head_name[SEA_HEADS] = {"ping360", "micron"};
-
 static const struct {
     uint32_t bins, turn, units_per_step;
-    double bin_m, pulse_m, az_deg, el_deg;
-    enum amplitude_law law;
-} heads[SEA_HEADS] = {
-    [SEA_PING360] = {600, 400, 1, 0.02, 0.06, 2.0, 25.0, AMPLITUDE_SQRT},
-    [SEA_MICRON] = {400, 6400, 16, 0.025, 0.075, 3.0, 35.0, AMPLITUDE_LOG},
+    double bin_m, pulse_m;
+    double one; /* the count of power 1 */
+} heads[SOUND_HEADS] = {
+    [SOUND_PING360] = {600, 400, 1, 0.02, 0.06, 255.0},
+    [SOUND_MICRON] = {400, 6400, 16, 0.025, 0.075, 255.0 - 25.0 / SOUND_MICRON_DB},
 };
-
-static double power_of(double db)
-{
-    return pow(10.0, db / 10.0);
-}
-
-static uint8_t count_of(enum sea_head head, double power)
-{
-    if (head == SEA_PING360)
-        return (uint8_t)fmin(255.0, 255.0 * pow(power, 0.25));
-    const double db = 10.0 * log10(fmax(power, 1e-30)) + MICRON_DB;
-    return (uint8_t)fmin(fmax(255.0 * (db / MICRON_RANGE + 1.0), 0.0), 255.0);
-}
 
 /* Every scene has random numbers of its own. */
 static uint64_t stream_of(const char *name)
@@ -133,21 +113,15 @@ static void add_hit(const struct sea_sound *sound, const struct place *place, co
 {
     const double square = sound->rough + (1.0 - sound->rough) * hit->cos_incidence;
     const double soft_db = hit->level ? place->level_db : 0.0;
-    const double echo = weight * square * power_of(sound->surface_db + soft_db - ABSORPTION * hit->range_m);
+    const double echo = weight * square * sound_power(sound->surface_db + soft_db - ABSORPTION * hit->range_m);
     const double back = sound->square_on > 0.0 ? hit->cos_incidence >= sound->square_on : pow(square, 8.0);
     const double bounce_m[2] = {2.0 * hit->range_m, hit->ghost_m};
     add_surface(sound, head, hit->range_m, echo, mean);
     for (int k = 0; k < 2; k++)
         if (sound->bounce_db[k] < 0.0)
             add_power(head, bounce_m[k],
-                      echo * back * power_of(sound->bounce_db[k] - ABSORPTION * (bounce_m[k] - hit->range_m)),
+                      echo * back * sound_power(sound->bounce_db[k] - ABSORPTION * (bounce_m[k] - hit->range_m)),
                       mean);
-}
-
-/* From -1 to 1. */
-static double across(int i, int n)
-{
-    return n > 1 ? 2.0 * i / (n - 1) - 1.0 : 0.0;
 }
 
 struct sea_met sea_surfaces(const struct sea_sound *sound, const struct place *place, const double from[3],
@@ -155,106 +129,89 @@ struct sea_met sea_surfaces(const struct sea_sound *sound, const struct place *p
 {
     struct sea_met met = {INFINITY, INFINITY, 0.0};
     const int n_az = sound->rays_az, n_el = sound->rays_el;
-    double sum = 0.0, axis_m = INFINITY;
-    for (int n = 0; n < 2 * n_az * n_el; n++) {
-        const int i = n / n_el % n_az, k = n % n_el;
-        const double az = sound->staggered ? (2.0 * i + 1.0) / n_az - 1.0 : across(i, n_az);
-        const double el =
-            sound->staggered ? 2.0 * (k + (i * 3 % n_az + 0.5) / n_az) / n_el - 1.0 : across(k, n_el);
-        const double weight = exp2(-8.0 * (az * az + el * el));
+    struct sound_ray fan[SOUND_MAX_RAYS];
+    double axis_m = INFINITY;
+    sound_fan(sound->spread, n_az, n_el, NULL, fan);
+    for (int n = 0; n < n_az * n_el; n++) {
+        const struct sound_ray *ray = &fan[n];
         struct place_hit hit;
         double in_beam[3], d[3];
-        if (n < n_az * n_el) { /* the first half of the rounds only adds the weights up */
-            sum += weight;
-            continue;
-        }
-        geo_direction(az * (double)head->az_aperture_rad, el * (double)head->el_aperture_rad, in_beam);
+        geo_direction(ray->az * (double)head->az_aperture_rad, ray->el * (double)head->el_aperture_rad, in_beam);
         quat_rotate(attitude, in_beam, d);
         if (!place_cast(place, from, d, t_s, &hit))
             continue;
-        add_hit(sound, place, head, &hit, weight / sum * (double)(head->pulse_m / head->dr_m), mean);
+        add_hit(sound, place, head, &hit, ray->weight * (double)(head->pulse_m / head->dr_m), mean);
         met.skirt_m = fmin(met.skirt_m, hit.range_m);
-        if (fabs(az) <= 0.5 && fabs(el) <= 0.5) {
+        if (fabs(ray->az) <= 0.5 && fabs(ray->el) <= 0.5) {
             met.nearest_m = fmin(met.nearest_m, hit.range_m);
             met.farthest_m = fmax(met.farthest_m, hit.range_m);
         }
-        if (i == n_az / 2 && k == n_el / 2)
+        if (n == n_az / 2 * n_el + n_el / 2)
             axis_m = hit.range_m;
     }
     met.farthest_m = isfinite(axis_m) ? axis_m : met.farthest_m;
     return met;
 }
 
-void sea_disturb(const struct sea_scene *sea, enum sea_head head, bool framed, struct dice *dice, double *mean)
+void sea_disturb(const struct sea_scene *sea, enum sound_head head, bool framed, struct dice *dice, double *mean)
 {
     const bool raised = dice_uniform(dice) < sea->raised_share, burst = dice_uniform(dice) < sea->burst_share;
     const double burst_m = 2.0 + 8.0 * dice_uniform(dice), burst_end_m = burst_m + 1.0 + 2.0 * dice_uniform(dice);
-    const double reverb_power = power_of(sea->reverb_db);
+    const double reverb_power = sound_power(sea->reverb_db);
     const double floor_power =
-        isfinite(sea->floor_db) ? power_of(sea->floor_db + (raised ? RAISED_DB : 0.0)) : 0.0;
+        isfinite(sea->floor_db) ? sound_power(sea->floor_db + (raised ? RAISED_DB : 0.0)) : 0.0;
 
     for (uint32_t i = 0; i < heads[head].bins; i++) {
         const double r_m = (i + 0.5) * heads[head].bin_m;
         mean[i] += floor_power + reverb_power / (fmax(r_m, 0.3) * fmax(r_m, 0.3) * fmax(r_m, 0.3));
         if (burst && r_m >= burst_m && r_m < burst_end_m)
-            mean[i] += power_of(BURST_DB);
+            mean[i] += sound_power(BURST_DB);
     }
     if (sea->frame_m > 0.0 && framed)
         mean[(uint32_t)(sea->frame_m / heads[head].bin_m)] +=
-            power_of(FRAME_DB) * heads[head].pulse_m / heads[head].bin_m;
+            sound_power(FRAME_DB) * heads[head].pulse_m / heads[head].bin_m;
 }
 
-/* From mean power to the power of one ping: scatterers of random phase, heard through a pulse. */
-static void speckle(const double *mean, enum sea_head head, struct dice *dice, double *power)
+void sea_hear(enum sound_head head, const double *mean, double ring_m, double stray_share, struct dice *dice,
+              uint8_t *samples)
 {
     const uint32_t pulse = (uint32_t)(heads[head].pulse_m / heads[head].bin_m + 0.5);
     double complex field[SEA_MAX_BINS];
     for (uint32_t i = 0; i < heads[head].bins; i++)
         field[i] = sqrt(mean[i] / pulse) * dice_normal(dice);
-    for (uint32_t i = 0; i < heads[head].bins; i++) {
-        double complex sum = 0.0;
-        for (uint32_t k = 0; k < pulse && k <= i; k++)
-            sum += field[i - k];
-        power[i] = creal(sum) * creal(sum) + cimag(sum) * cimag(sum);
-    }
-}
-
-void sea_hear(enum sea_head head, const double *mean, double ring_m, double stray_share, struct dice *dice,
-              uint8_t *samples)
-{
-    double power[SEA_MAX_BINS];
-    speckle(mean, head, dice, power);
+    sound_pulse(field, heads[head].bins, pulse);
     for (uint32_t i = 0; i < heads[head].bins; i++) {
         const double ring_db = 10.0 - fmax(0.0, (i + 0.5) * heads[head].bin_m - ring_m) * RING_DB_PER_M;
-        if (stray_share > 0.0 && dice_uniform(dice) < stray_share)
-            power[i] += power_of(STRAY_DB);
-        samples[i] = count_of(head, power[i] + power_of(ring_db - (head == SEA_MICRON ? 10.0 : 0.0)));
+        const bool stray = stray_share > 0.0 && dice_uniform(dice) < stray_share;
+        const double power = sound_intensity(field[i]) + (stray ? sound_power(STRAY_DB) : 0.0) +
+                             sound_power(ring_db - (head == SOUND_MICRON ? 10.0 : 0.0));
+        samples[i] = sound_byte(sound_count(sound_heads[head].law, power, heads[head].one, SOUND_MICRON_DB));
     }
 }
 
-struct ping sea_ping_of(enum sea_head head)
+struct ping sea_ping_of(enum sound_head head)
 {
     return (struct ping){
         .kind = PING_PROFILE,
-        .law = (uint8_t)heads[head].law,
+        .law = (uint8_t)sound_heads[head].law,
         .sample_bytes = 1,
         .n_beams = 1,
         .n_bins = heads[head].bins,
-        .db_per_count = (float)(MICRON_RANGE / 255.0),
+        .db_per_count = (float)SOUND_MICRON_DB,
         .dr_m = (float)heads[head].bin_m,
         .pulse_m = (float)heads[head].pulse_m,
-        .az_aperture_rad = (float)geo_rad(heads[head].az_deg),
-        .el_aperture_rad = (float)geo_rad(heads[head].el_deg),
+        .az_aperture_rad = (float)geo_rad(sound_heads[head].az_deg),
+        .el_aperture_rad = (float)geo_rad(sound_heads[head].el_deg),
         .head_turn = heads[head].turn,
         .max_beams = 1,
         .max_samples = SEA_MAX_BINS,
     };
 }
 
-void sea_listen(const struct sea_scene *scene, enum sea_head head, uint64_t seed, unsigned beam,
+void sea_listen(const struct sea_scene *scene, enum sound_head head, uint64_t seed, unsigned beam,
                 struct sea_ping *out)
 {
-    struct dice dice = dice_of(seed * SEA_HEADS + head, stream_of(scene->name) * SEA_BEAMS + beam);
+    struct dice dice = dice_of(seed * SOUND_HEADS + head, stream_of(scene->name) * SEA_BEAMS + beam);
     const int steps = (int)beam - SEA_BEAMS / 2;
     const uint32_t turn = heads[head].turn;
     const struct sea_sound sound = {
