@@ -8,8 +8,6 @@
  * low and high: Wilson's 95 % limits. Alarms of one window are not quite independent, so the truth is outside them a
  * little more often than one time in twenty.
  */
-#include <complex.h>
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -18,7 +16,7 @@
 #include "grid/range/amplitude.h"
 #include "grid/range/cfar.h"
 #include "grid/range/extract.h"
-#include "tests/water/dice.h"
+#include "tests/sound/sound.h"
 
 #define BEAM       8192 /* cells of one run of the detector */
 #define SIDE       16
@@ -55,21 +53,9 @@ static uint8_t mask[BEAM];
 /* The power that the detector sees of a cell whose true power is p times the mean. */
 static uint64_t seen_power(enum clutter c, const struct amplitude *a, double p)
 {
-    const double mean = clutters[c].mean;
-    switch (c) {
-    case POWER:
-        return amplitude_of(a, (uint32_t)fmin(mean * p + 0.5, 255.0));
-    case LINEAR:
-        return amplitude_of(a, (uint32_t)fmin(mean * sqrt(p) + 0.5, 255.0));
-    case SQRT:
-        return amplitude_of(a, (uint32_t)fmin(mean * pow(p, 0.25) + 0.5, 255.0));
-    case LOG:
-        return amplitude_of(a, (uint32_t)fmin(fmax(mean + 10.0 * log10(p) / DB_COUNT + 0.5, 0.0), 255.0));
-    case EXACT:
-    case CLUTTERS:
-        break;
-    }
-    return (uint64_t)(p * 65536.0);
+    return c == EXACT
+               ? (uint64_t)(p * 65536.0)
+               : amplitude_of(a, sound_byte(sound_count(clutters[c].law, p, clutters[c].mean, DB_COUNT) + 0.5));
 }
 
 /* Independent exponential cells: quantiles by table, the tail exactly, because the alarms live there. */
@@ -181,14 +167,13 @@ static void whole_stage(double max_bins)
             }
         }
     for (double drawn = 0.0; drawn < max_bins; drawn += SPECKLE_BINS) {
-        double complex last[SPECKLE_PULSE] = {0.0}, sum = 0.0;
-        for (uint32_t i = 0; i < SPECKLE_BINS + SPECKLE_PULSE; i++) {
-            const double complex scatterer = dice_normal(&dice);
-            sum += scatterer - last[i % SPECKLE_PULSE];
-            last[i % SPECKLE_PULSE] = scatterer;
-            const double p = (creal(sum) * creal(sum) + cimag(sum) * cimag(sum)) / SPECKLE_PULSE;
-            if (i >= SPECKLE_PULSE)
-                samples[i - SPECKLE_PULSE] = (uint8_t)fmin(90.0 * pow(p, 0.25) + 0.5, 255.0);
+        double complex field[SPECKLE_BINS + SPECKLE_PULSE];
+        for (uint32_t i = 0; i < SPECKLE_BINS + SPECKLE_PULSE; i++)
+            field[i] = dice_normal(&dice);
+        sound_pulse(field, SPECKLE_BINS + SPECKLE_PULSE, SPECKLE_PULSE);
+        for (uint32_t i = 0; i < SPECKLE_BINS; i++) {
+            const double p = sound_intensity(field[i + SPECKLE_PULSE]) / SPECKLE_PULSE;
+            samples[i] = sound_byte(sound_count(AMPLITUDE_SQRT, p, 90.0, 0.0) + 0.5);
         }
         cells += (double)SPECKLE_BINS / SPECKLE_PULSE;
         for (int d = CFAR_CA; d <= CFAR_OS; d++)

@@ -2,9 +2,7 @@
 /* drawn - see drawn.h. */
 #include "drawn.h"
 
-#include <math.h>
-
-#include "tests/water/dice.h"
+#include "tests/sound/sound.h"
 
 #define TIMING_STREAM 2000000u
 
@@ -38,7 +36,7 @@ static void draw_head(struct drawn_world *w, struct dice *d)
 {
     const double kind = dice_uniform(d);
     w->beams = 1;
-    w->db_per_count = 80.0 / 255.0;
+    w->db_per_count = SOUND_MICRON_DB;
     if (kind < 0.4) {
         w->head = "ping360";
         w->turn_units = 400;
@@ -258,21 +256,6 @@ double drawn_reference_db(const struct drawn_world *w, enum drawn_class class, d
            reference[class].per_decade_db * log10(3.0 * fmax(range_m, 0.1) / w->range_m);
 }
 
-static double count_of(const struct drawn_world *w, double power)
-{
-    switch (w->law) {
-    case AMPLITUDE_LINEAR:
-        return 255.0 * sqrt(power);
-    case AMPLITUDE_SQRT:
-        return 255.0 * sqrt(sqrt(power));
-    case AMPLITUDE_LOG:
-        return 255.0 + 10.0 * log10(power + 1e-30) / w->db_per_count;
-    case AMPLITUDE_POWER:
-        break;
-    }
-    return 255.0 * power;
-}
-
 static double power_of(const struct drawn_world *w, double count)
 {
     switch (w->law) {
@@ -281,7 +264,7 @@ static double power_of(const struct drawn_world *w, double count)
     case AMPLITUDE_SQRT:
         return pow(count / 255.0, 4.0);
     case AMPLITUDE_LOG:
-        return pow(10.0, (count - 255.0) * w->db_per_count / 10.0);
+        return sound_power((count - 255.0) * w->db_per_count);
     case AMPLITUDE_POWER:
         break;
     }
@@ -301,10 +284,10 @@ static double count_of_sixteenth(const struct drawn_world *w, double v)
 
 uint8_t drawn_count(const struct drawn_world *w, double power)
 {
-    const double count = count_of(w, power);
+    const double count = sound_count(w->law, power, 255.0, w->db_per_count);
     if (w->four_bit)
         return (uint8_t)count_of_sixteenth(w, sixteenth(w, count));
-    return (uint8_t)fmin(fmax(count + 0.5, 0.0), 255.0);
+    return sound_byte(count + 0.5);
 }
 
 double drawn_power_above(const struct drawn_world *w, uint8_t count)

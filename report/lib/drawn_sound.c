@@ -2,9 +2,9 @@
 /* drawn_sound - see drawn_sound.h. */
 #include "drawn_sound.h"
 
-#include <complex.h>
-#include <math.h>
 #include <string.h>
+
+#include "tests/sound/sound.h"
 
 #define SOUND_MPS      1500.0
 #define SOUND_STREAM   1000000u
@@ -27,11 +27,6 @@ struct moment {
 };
 
 static double complex normals[NORMALS];
-
-static double power_of(double db)
-{
-    return pow(10.0, db / 10.0);
-}
 
 void drawn_sound_begin(struct drawn_sound *s, uint64_t seed, unsigned number)
 {
@@ -96,7 +91,7 @@ static void hear_others(struct drawn_sound *s, struct moment *m)
             const double r_m = (s->other_s[k] - m->t_s) * SOUND_MPS / 2.0;
             if (r_m < 0.0)
                 continue;
-            const double level = power_of(o->level_db + w->gain_db + dice_between(&s->dice, -3.0, 3.0));
+            const double level = sound_power(o->level_db + w->gain_db + dice_between(&s->dice, -3.0, 3.0));
             const double length_m = fmax(o->length_m, w->pulse_m);
             insonify_add(&s->insonify, m->other, r_m, r_m + length_m, level * length_m / w->pulse_m);
         }
@@ -106,16 +101,7 @@ static void hear_others(struct drawn_sound *s, struct moment *m)
 static double other_pattern(const struct drawn_world *w, double az_rad)
 {
     const double off = geo_wrap_pi(az_rad - w->other[0].az_rad) / OTHER_HALF_RAD;
-    return power_of(fmax(-3.0 * off * off, OTHER_SIDE_DB));
-}
-
-/* Gamma distributed, mean 1: the texture of K-distributed speckle. */
-static double texture_of(struct dice *d, int shape)
-{
-    double sum = 0.0;
-    for (int k = 0; k < shape; k++)
-        sum -= log(dice_uniform(d));
-    return sum / shape;
+    return sound_power(fmax(-3.0 * off * off, OTHER_SIDE_DB));
 }
 
 /* Mean power of speckle in each bin, and what is loudest there. */
@@ -133,7 +119,7 @@ static void mix(struct drawn_sound *s, const struct moment *m, unsigned beam, do
     for (uint32_t i = 0; i < w->bins; i++) {
         b->mean[CAUSE_NOISE][i] *= (float)m->raised;
         if (w->texture > 0 && i % w->pulse_bins == 0)
-            texture = texture_of(&s->dice, w->texture);
+            texture = sound_texture(&s->dice, w->texture);
         b->mean[CAUSE_VOLUME][i] *= (float)texture;
         b->mean[CAUSE_PLANE][i] *= (float)texture;
         b->mean[CAUSE_SIDE_LOBE][i] *= (float)texture;
@@ -151,7 +137,7 @@ static void mix(struct drawn_sound *s, const struct moment *m, unsigned beam, do
         texture = 1.0;
         for (uint32_t i = b->first[t]; i < b->end[t]; i++) {
             if (w->target[t].class == DRAWN_NET && w->texture > 0 && i % w->pulse_bins == 0)
-                texture = texture_of(&s->dice, w->texture);
+                texture = sound_texture(&s->dice, w->texture);
             mean[i] += b->target[t][i] * (float)texture;
         }
     }
@@ -164,7 +150,7 @@ static void receive(struct drawn_sound *s, const struct moment *m, const float *
     const struct drawn_world *w = &s->world;
     const uint32_t p = w->pulse_bins, stride = (uint32_t)dice_bits(&s->dice) | 1u;
     uint32_t at = (uint32_t)dice_bits(&s->dice);
-    double complex field[DRAWN_MAX_BINS], sum = 0.0;
+    double complex field[DRAWN_MAX_BINS];
     double tremble = 0.0;
     for (uint32_t i = 0; i < w->bins; i++, at += stride)
         field[i] = sqrt((double)mean[i]) * normals[at % NORMALS];
@@ -172,18 +158,16 @@ static void receive(struct drawn_sound *s, const struct moment *m, const float *
         if (s->beam.glint[t].power > 0.0)
             field[s->beam.glint[t].bin] +=
                 sqrt(s->beam.glint[t].power) * cexp(GEO_TURN * dice_uniform(&s->dice) * (double complex)I);
+    sound_pulse(field, w->bins, p);
     for (uint32_t i = 0; i < w->bins; i++, at += stride) {
-        sum += field[i];
-        if (i >= p)
-            sum -= field[i - p];
-        double complex total = sum;
+        double complex total = field[i];
         const double ring = (double)s->insonify.ring[i] * m->ring;
         if (ring > 1e-9) {
             if (i % p == 0)
                 tremble = sqrt(2.0) * creal(normals[at % NORMALS]);
             total += sqrt(ring) * fmax(0.0, 1.0 + w->ring_speckle * tremble) * m->ring_phase;
         }
-        samples[i] = drawn_count(w, creal(total) * creal(total) + cimag(total) * cimag(total));
+        samples[i] = drawn_count(w, sound_intensity(total));
     }
     for (double n = w->stray_share * w->bins; dice_uniform(&s->dice) < n; n -= 1.0) {
         const uint32_t i = (uint32_t)(dice_uniform(&s->dice) * w->bins);
@@ -273,8 +257,8 @@ bool drawn_sound_next(struct drawn_sound *s)
     const uint32_t n = s->pings - 1, step = n % w->pings;
     s->turn = n / w->pings;
     m.heard = dice_uniform(&s->dice) >= w->dead_share;
-    m.raised = dice_uniform(&s->dice) < w->raised_share ? power_of(w->raised_db) : 1.0;
-    m.ring = power_of(dice_between(&s->dice, -0.5, 0.5));
+    m.raised = dice_uniform(&s->dice) < w->raised_share ? sound_power(w->raised_db) : 1.0;
+    m.ring = sound_power(dice_between(&s->dice, -0.5, 0.5));
     m.ring_phase = cexp(GEO_TURN * dice_uniform(&s->dice) * (double complex)I);
     for (int i = 0; i < 2; i++)
         m.place_m[i] = w->velocity_mps[i] * (m.t_s - 1.0);

@@ -3,7 +3,7 @@
  * of gamma distributions, which needs no Bessel function. */
 #include "hearable.h"
 
-#include <math.h>
+#include "tests/sound/sound.h"
 
 /* How the references answer: independent cells of equal power, of the first the coherent share. */
 static const struct {
@@ -135,7 +135,7 @@ void hearable_beam(const struct insonify *in, const struct hearable_margins *mar
                    const struct insonified *beam, double raised, bool heard, struct hearable *out)
 {
     const struct drawn_world *w = in->world;
-    const double through = beam->shadowed ? pow(10.0, w->shadow_db / 10.0) : 1.0;
+    const double through = beam->shadowed ? sound_power(w->shadow_db) : 1.0;
     for (int k = 0; k < HEARABLE_CELLS; k++) {
         const double r_m = (k + 0.5) * w->range_m / HEARABLE_CELLS;
         const uint32_t i = (uint32_t)(r_m / in->bin_m);
@@ -146,8 +146,7 @@ void hearable_beam(const struct insonify *in, const struct hearable_margins *mar
         out->over[k] = (float)fmax(over, over_begin);
         out->cell[k] = 0;
         for (int c = 0; c < DRAWN_CLASSES; c++) {
-            const double level =
-                wall * pow(10.0, (drawn_reference_db(w, (enum drawn_class)c, r_m) - wall_db) / 10.0);
+            const double level = wall * sound_power(drawn_reference_db(w, (enum drawn_class)c, r_m) - wall_db);
             if (level > margins->margin[c] * over)
                 out->cell[k] |= (uint8_t)(1u << c);
         }
@@ -161,7 +160,7 @@ void hearable_beam(const struct insonify *in, const struct hearable_margins *mar
         if (!isfinite(out->by_m[t]))
             continue;
         for (int c = 0; c < DRAWN_CLASSES; c++)
-            if (peak >= pow(10.0, drawn_reference_db(w, (enum drawn_class)c, beam->near_m[t]) / 10.0) * through)
+            if (peak >= sound_power(drawn_reference_db(w, (enum drawn_class)c, beam->near_m[t])) * through)
                 out->target_m[c] = fmin(out->target_m[c], out->by_m[t]);
     }
 }

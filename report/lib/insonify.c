@@ -2,8 +2,9 @@
 /* insonify - see insonify.h. */
 #include "insonify.h"
 
-#include <math.h>
 #include <string.h>
+
+#include "tests/sound/sound.h"
 
 #define RAYS         21   /* across a beam, to 1.2 times its half-power width on either side */
 #define LIFTS        5    /* ... and up, where it bends the echo's tail */
@@ -18,17 +19,6 @@
 const char *const insonify_cause_name[CAUSES] = {"noise",  "volume",    "ring-down", "own parts",  "plane",
                                                  "target", "side lobe", "multipath", "other sonar"};
 
-static double power_of(double db)
-{
-    return exp(db * 0.23025850929940458);
-}
-
-/* Two ways; u = 0.5: half power one way. */
-static double pattern(double u)
-{
-    return exp2(-8.0 * u * u);
-}
-
 static double ring_db(const struct drawn_world *w, double r_m)
 {
     const double x = fmax(0.0, (r_m / w->ring_m - 0.25) / 0.75);
@@ -40,14 +30,14 @@ void insonify_init(struct insonify *in, const struct drawn_world *w)
 {
     in->world = w;
     in->bin_m = w->range_m / w->bins;
-    in->electronic = (float)(power_of(w->electronic_db) / w->pulse_bins);
+    in->electronic = (float)(sound_power(w->electronic_db) / w->pulse_bins);
     const double end_db = drawn_gain_db(w, w->range_m) - w->gain_db;
     for (uint32_t i = 0; i < w->bins; i++) {
         const double r_m = (i + 0.5) * in->bin_m, wall_db = drawn_wall_db(w, r_m);
-        in->wall[i] = power_of(wall_db);
-        in->noise[i] = (float)(power_of(w->noise_db + drawn_gain_db(w, r_m) - end_db) / w->pulse_bins);
-        in->volume[i] = (float)(power_of(wall_db + w->volume_db - w->wall_db) / w->pulse_bins);
-        in->ring[i] = (float)power_of(ring_db(w, r_m));
+        in->wall[i] = sound_power(wall_db);
+        in->noise[i] = (float)(sound_power(w->noise_db + drawn_gain_db(w, r_m) - end_db) / w->pulse_bins);
+        in->volume[i] = (float)(sound_power(wall_db + w->volume_db - w->wall_db) / w->pulse_bins);
+        in->ring[i] = (float)sound_power(ring_db(w, r_m));
     }
 }
 
@@ -95,15 +85,15 @@ static double sheet_range(const struct drawn_target *t, const double place[2], d
 static double aspect(const struct drawn_target *t, double cosine)
 {
     const double askew = acos(fmin(cosine, 1.0)) / SPECULAR_RAD;
-    return fmax(cosine * cosine, power_of(ASKEW_DB)) *
-           (t->class == DRAWN_WALL ? power_of(SPECULAR_DB * exp(-askew * askew)) : 1.0);
+    return fmax(cosine * cosine, sound_power(ASKEW_DB)) *
+           (t->class == DRAWN_WALL ? sound_power(SPECULAR_DB * exp(-askew * askew)) : 1.0);
 }
 
 /* The power of target t at a range, all of it in the beam. */
 static double target_power(const struct insonify *in, const struct drawn_target *t, double r_m)
 {
     const double decade_db = is_sheet(t) ? 0.0 : 10.0 * log10(3.0 * fmax(r_m, 0.1) / in->world->range_m);
-    return wall_power(in, r_m) * power_of(t->strength_db - decade_db);
+    return wall_power(in, r_m) * sound_power(t->strength_db - decade_db);
 }
 
 /* Of a target in the beam: from near to far at u beam widths off the axis. */
@@ -121,10 +111,9 @@ static void met(struct insonified *out, unsigned t, double u, double near_m, dou
 static void add_part(const struct insonify *in, struct insonified *out, unsigned t, double near_m, double far_m,
                      double power)
 {
-    static double lift[LIFTS];
-    double sum = 0.0;
+    double lift[LIFTS], sum = 0.0;
     for (int k = 0; k < LIFTS; k++)
-        sum += lift[k] = pattern((k + 0.5) / LIFTS);
+        sum += lift[k] = sound_pattern(0.0, (k + 0.5) / LIFTS);
     for (int k = 0; k < LIFTS; k++) {
         const double low = cos(in->world->el_aperture_rad * k / LIFTS),
                      high = cos(in->world->el_aperture_rad * (k + 1) / LIFTS);
@@ -133,27 +122,23 @@ static void add_part(const struct insonify *in, struct insonified *out, unsigned
 }
 
 struct rays {
-    double u[RAYS], az[RAYS], weight[RAYS], opaque_m[RAYS];
-    double range_m[DRAWN_MAX_TARGETS][RAYS], cosine[DRAWN_MAX_TARGETS][RAYS];
+    struct sound_ray fan[RAYS];
+    double opaque_m[RAYS], range_m[DRAWN_MAX_TARGETS][RAYS], cosine[DRAWN_MAX_TARGETS][RAYS];
 };
 
 static void cast(const struct insonify *in, const double place[2], double az, struct rays *rays)
 {
-    double sum = 0.0;
+    sound_fan(SOUND_EVEN, SKIRT, RAYS, 1, NULL, rays->fan);
     for (int k = 0; k < RAYS; k++) {
-        rays->u[k] = SKIRT * (2.0 * k / (RAYS - 1) - 1.0);
-        rays->az[k] = az + rays->u[k] * in->world->az_aperture_rad;
-        sum += rays->weight[k] = pattern(rays->u[k]);
+        const double ray_az = az + rays->fan[k].az * in->world->az_aperture_rad;
         rays->opaque_m[k] = INFINITY;
         for (unsigned t = 0; t < in->world->targets; t++)
             if (is_sheet(&in->world->target[t])) {
-                rays->range_m[t][k] = sheet_range(&in->world->target[t], place, rays->az[k], &rays->cosine[t][k]);
+                rays->range_m[t][k] = sheet_range(&in->world->target[t], place, ray_az, &rays->cosine[t][k]);
                 if (in->world->target[t].class == DRAWN_WALL)
                     rays->opaque_m[k] = fmin(rays->opaque_m[k], rays->range_m[t][k]);
             }
     }
-    for (int k = 0; k < RAYS; k++)
-        rays->weight[k] /= sum;
 }
 
 static void glint_at(const struct insonify *in, struct insonified *out, unsigned t, double range_m, double power)
@@ -175,11 +160,11 @@ static void add_sheet(const struct insonify *in, const struct rays *rays, unsign
         const double next = k < RAYS - 1 && isfinite(rays->range_m[t][k + 1]) ? rays->range_m[t][k + 1] : r_m;
         const double low_m = 0.5 * (r_m + fmin(last, next)), high_m = 0.5 * (r_m + fmax(last, next));
         const double power =
-            through * target_power(in, target, r_m) * rays->weight[k] * aspect(target, rays->cosine[t][k]);
-        met(out, t, rays->u[k], r_m, r_m);
+            through * target_power(in, target, r_m) * rays->fan[k].weight * aspect(target, rays->cosine[t][k]);
+        met(out, t, rays->fan[k].az, r_m, r_m);
         add_part(in, out, t, fmin(low_m, r_m), fmax(high_m, r_m), power * (1.0 - target->coherent));
         coherent += power * target->coherent;
-        nearest_m = fabs(rays->u[k]) <= 0.5 ? fmin(nearest_m, r_m) : nearest_m;
+        nearest_m = fabs(rays->fan[k].az) <= 0.5 ? fmin(nearest_m, r_m) : nearest_m;
     }
     /* a plane answers in one piece only where it is square to the beam; elsewhere that part is lost */
     const double square = rays->cosine[t][RAYS / 2];
@@ -197,7 +182,7 @@ static void add_post(const struct insonify *in, const struct rays *rays, unsigne
         return;
     if (r_m > rays->opaque_m[(int)((u / SKIRT + 1.0) / 2.0 * (RAYS - 1) + 0.5)])
         return;
-    const double power = through * target_power(in, target, r_m) * pattern(u);
+    const double power = through * target_power(in, target, r_m) * sound_pattern(u, 0.0);
     met(out, t, u, r_m, r_m);
     add_part(in, out, t, r_m, r_m, power * (1.0 - target->coherent));
     glint_at(in, out, t, r_m, power * target->coherent);
@@ -207,11 +192,10 @@ static void add_plane(const struct insonify *in, const struct drawn_plane *p, do
                       double through, struct insonified *out)
 {
     const double rise = tan(p->slope_rad) * cos(az_rad - p->az_rad), half = SKIRT / (PLANE_RAYS - 1);
-    double sum = 0.0;
-    for (int k = 0; k < PLANE_RAYS; k++)
-        sum += pattern(SKIRT * (2.0 * k / (PLANE_RAYS - 1) - 1.0));
+    struct sound_ray fan[PLANE_RAYS];
+    sound_fan(SOUND_EVEN, SKIRT, 1, PLANE_RAYS, NULL, fan);
     for (int k = 0; k < PLANE_RAYS; k++) {
-        const double u = SKIRT * (2.0 * k / (PLANE_RAYS - 1) - 1.0), width = in->world->el_aperture_rad;
+        const double u = fan[k].el, width = in->world->el_aperture_rad;
         /* downward; a surface lies above, and so both turn their signs */
         const double down = sin(u * width) + cos(u * width) * rise;
         const double r_m = p->depth_m / down;
@@ -221,7 +205,7 @@ static void add_plane(const struct insonify *in, const struct drawn_plane *p, do
                      far_m = fabs(p->depth_m) / fmax(fabs(down) - half * width, 1e-3);
         const double grazing = fmin(fabs(down), 1.0);
         const double power = through * wall_power(in, fmin(r_m, in->world->range_m * 0.999)) *
-                             power_of(p->strength_db) * grazing * grazing * pattern(u) / sum;
+                             sound_power(p->strength_db) * grazing * grazing * fan[k].weight;
         insonify_add(in, out->mean[CAUSE_PLANE], near_m, far_m, power);
         out->skirt_m = fmin(out->skirt_m, near_m);
         if (fabs(u) <= 0.5)
@@ -252,7 +236,7 @@ static void add_side_lobes(const struct insonify *in, const double place[2], dou
                 const double fade_db = -SIDE_FADE_DB * off;
                 const double power = target_power(in, target, 0.5 * (r_m + last_m)) *
                                      (is_sheet(target) ? aspect(target, cosine) : 1.0) * width *
-                                     power_of(w->side_lobe_db + fade_db);
+                                     sound_power(w->side_lobe_db + fade_db);
                 insonify_add(in, out->mean[CAUSE_SIDE_LOBE], fmin(r_m, last_m), fmax(r_m, last_m), power);
             }
             last_m = r_m;
@@ -270,7 +254,7 @@ static void add_multipath(const struct insonify *in, unsigned t, struct insonifi
     for (uint32_t i = out->first[t]; i < out->end[t]; i++)
         power += (double)out->target[t][i];
     const double r_m = out->near_m[t];
-    power *= power_of(w->multipath_db);
+    power *= sound_power(w->multipath_db);
     insonify_add(in, out->mean[CAUSE_MULTIPATH], 2.0 * r_m, 2.0 * out->far_m[t] + w->pulse_m, power);
     for (unsigned p = 0; p < w->planes; p++) {
         const double way_m = 0.5 * (r_m + hypot(r_m, 2.0 * w->plane[p].depth_m));
@@ -285,11 +269,11 @@ static double add_own_parts(const struct insonify *in, double az_rad, struct ins
     if (!w->frame || fabs(geo_wrap_pi(az_rad - w->frame_az_rad)) > w->frame_half_rad)
         return 1.0;
     insonify_add(in, out->mean[CAUSE_OWN_PARTS], w->frame_m, w->frame_m + 0.05,
-                 power_of(w->frame_db + w->gain_db));
+                 sound_power(w->frame_db + w->gain_db));
     out->skirt_m = fmin(out->skirt_m, w->frame_m);
     out->solid_m = fmin(out->solid_m, w->frame_m);
     out->shadowed = true;
-    return power_of(w->shadow_db);
+    return sound_power(w->shadow_db);
 }
 
 void insonify_beam(const struct insonify *in, const double place[2], double az_rad, struct insonified *out)

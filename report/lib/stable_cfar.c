@@ -8,7 +8,7 @@
 #include "grid/range/cfar.h"
 #include "grid/range/u128.h"
 #include "grid/range/extract.h"
-#include "tests/water/dice.h"
+#include "tests/sound/sound.h"
 #include "stable.h"
 
 #define CELLS 2048
@@ -303,11 +303,8 @@ static void wrong_law(bool quick, struct stable_found *f)
     struct extract *extract = extract_init(memory, &conf, 400, &fault);
     for (int k = 0; k < 400; k++) {
         for (int i = 0; i < 400; i++) {
-            double power = 0;
-            for (int look = 0; look < 4; look++)
-                power -= log(dice_uniform(&dice)) / 4;
-            const double count = 10 + 90.0 * k / 400 + 10 * log10(power) * 255 / 80;
-            counts[i] = (uint8_t)(i < 16 ? 255 : fmax(0, fmin(255, count + 0.5)));
+            const double power = sound_texture(&dice, 4), mean = 10 + 90.0 * k / 400;
+            counts[i] = i < 16 ? 255 : sound_byte(sound_count(AMPLITUDE_LOG, power, mean, SOUND_MICRON_DB) + 0.5);
         }
         const struct ping ping = {.kind = PING_PROFILE,
                                   .law = AMPLITUDE_LINEAR,

@@ -36,7 +36,8 @@ static void make_beams(uint32_t n)
     for (int b = 0; b < BEAMS; b++)
         for (uint32_t i = 0; i < n; i++) {
             const double level = i > n / 2 && i < n / 2 + n / 50 ? 1e4 : 1.0;
-            counts[b][i] = (uint8_t)fmin(16.0 * pow(-level * log(clutter_uniform(&seed)), 0.25) + 0.5, 255.0);
+            counts[b][i] =
+                sound_byte(sound_count(AMPLITUDE_SQRT, -level * log(clutter_uniform(&seed)), 16.0, 0.0) + 0.5);
             power[b][i] = amplitude_of(&law, counts[b][i]);
         }
 }

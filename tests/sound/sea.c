@@ -131,7 +131,7 @@ struct sea_met sea_surfaces(const struct sea_sound *sound, const struct place *p
     const int n_az = sound->rays_az, n_el = sound->rays_el;
     struct sound_ray fan[SOUND_MAX_RAYS];
     double axis_m = INFINITY;
-    sound_fan(sound->spread, n_az, n_el, NULL, fan);
+    sound_fan(sound->spread, 1.0, n_az, n_el, NULL, fan);
     for (int n = 0; n < n_az * n_el; n++) {
         const struct sound_ray *ray = &fan[n];
         struct place_hit hit;

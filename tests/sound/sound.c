@@ -13,7 +13,8 @@ static double across(int i, int n)
     return n > 1 ? 2.0 * i / (n - 1) - 1.0 : 0.0;
 }
 
-void sound_fan(enum sound_spread spread, int n_az, int n_el, struct dice *dice, struct sound_ray *ray)
+void sound_fan(enum sound_spread spread, double reach, int n_az, int n_el, struct dice *dice,
+               struct sound_ray *ray)
 {
     double sum = 0.0;
     for (int n = 0; n < n_az * n_el; n++) {
@@ -29,6 +30,8 @@ void sound_fan(enum sound_spread spread, int n_az, int n_el, struct dice *dice, 
             r->az = (i + dice_uniform(dice)) / n_az * 2.0 - 1.0;
             r->el = (k + dice_uniform(dice)) / n_el * 2.0 - 1.0;
         }
+        r->az *= reach;
+        r->el *= reach;
         sum += r->weight = sound_pattern(r->az, r->el);
     }
     for (int n = 0; n < n_az * n_el; n++)

@@ -51,8 +51,10 @@ enum sound_spread {
 
 #define SOUND_MAX_RAYS 640
 
-/** sound_fan - rays over twice the half-power aperture, to where the pattern is 24 dB down, column by column. */
-void sound_fan(enum sound_spread spread, int n_az, int n_el, struct dice *dice, struct sound_ray *ray);
+/** sound_fan - n_az columns of n_el rays, to so many half-power widths off the axis: 1 is where the pattern is 24 dB
+ * down. */
+void sound_fan(enum sound_spread spread, double reach, int n_az, int n_el, struct dice *dice,
+               struct sound_ray *ray);
 
 /** sound_pulse - each of field[n] becomes the sum over the last `pulse` of them: noise of independent bins becomes as
  * correlated as a pulse leaves it. */

@@ -86,7 +86,7 @@ static void rays_add(double complex *field, const struct water *water, const str
     struct sound_ray ray[RAYS_AZ * RAYS_EL];
     struct place_hit hit;
     double direction[3];
-    sound_fan(SOUND_JITTERED, RAYS_AZ, RAYS_EL, dice, ray);
+    sound_fan(SOUND_JITTERED, 1.0, RAYS_AZ, RAYS_EL, dice, ray);
     for (int n = 0; n < RAYS_AZ * RAYS_EL; n++) {
         geo_direction(shot->az_rad + geo_rad(ray[n].az * head->az_deg), geo_rad(ray[n].el * head->el_deg),
                       direction);

@@ -5,6 +5,7 @@
  */
 #include "report/lib/drawn_sound.h"
 #include "tests/lib/test.h"
+#include "tests/sound/sound.h"
 
 static struct drawn_sound sound, other;
 
@@ -27,7 +28,7 @@ TEST(counts_and_powers_belong_together)
     for (unsigned n = 0; n < 40; n++) {
         const struct drawn_world w = drawn_world_of(3, n);
         for (double db = -90.0; db < 5.0; db += 0.37) {
-            const double power = pow(10.0, db / 10.0);
+            const double power = sound_power(db);
             const uint8_t count = drawn_count(&w, power);
             const double above = drawn_power_above(&w, count);
             CHECK(above > power);
@@ -47,10 +48,8 @@ TEST(power_of_a_constant_in_speckle)
     for (size_t i = 0; i < sizeof coherent / sizeof coherent[0]; i++) {
         const double x = 0.5 * (coherent[i] + 1.0);
         int below = 0;
-        for (int n = 0; n < 400000; n++) {
-            const double complex field = sqrt(coherent[i]) + dice_normal(&dice);
-            below += creal(field) * creal(field) + cimag(field) * cimag(field) <= x;
-        }
+        for (int n = 0; n < 400000; n++)
+            below += sound_intensity(sqrt(coherent[i]) + dice_normal(&dice)) <= x;
         CHECK_NEAR(below / 400000.0, hearable_below(coherent[i], 1.0, x), 0.02, 1e-3);
     }
     CHECK_NEAR(hearable_below(0.0, 2.0, 3.0), -expm1(-1.5), 1e-9, 0);

@@ -7,6 +7,7 @@
 
 #include "core/fault.h"
 #include "grid/range/extract.h"
+#include "tests/sound/sound.h"
 
 #define MAX_BINS  2000
 #define MAX_BEAMS 8
@@ -194,8 +195,8 @@ TEST(every_law_and_sample_size_finds_the_same_wall)
             ping.samples = size == 1 ? (void *)bytes : (void *)words;
             for (uint32_t i = 0; i < ping.n_bins; i++) {
                 const double power = fmin(1.0, scene_power(&scene, (i + 0.5) * 0.01) / pow(255.0, 4));
-                const double share[] = {sqrt(power), power, pow(power, 0.25), 1.0 + log10(power) / 10.0};
-                const uint16_t count = (uint16_t)(full * share[law] + 0.5);
+                const double exact = sound_count((enum amplitude_law)law, power, full, db_span / full);
+                const uint16_t count = (uint16_t)(exact + 0.5);
                 bytes[i] = (uint8_t)count;
                 words[i] = count;
             }

@@ -5,10 +5,9 @@
  */
 #include "tests/lib/test.h"
 
-#include <complex.h>
-
 #include "core/fault.h"
 #include "grid/range/extract.h"
+#include "tests/sound/sound.h"
 
 #define BINS    1000
 #define DR_M    0.01
@@ -35,20 +34,15 @@ static double complex gauss(uint64_t *seed)
     return r * (cos(phase) + I * sin(phase));
 }
 
-static double ratio(double db)
-{
-    return pow(10.0, db / 10.0);
-}
-
 /* Mean power that scatters from a bin. */
 static double scatter(const struct water *w, double r_m)
 {
-    double power = ratio(w->reverb_db) / fmax(r_m * r_m * r_m, 0.05);
-    power += r_m < 0.25 ? ratio(70.0 - 250.0 * r_m) : 0.0; /* the ring-down */
+    double power = sound_power(w->reverb_db) / fmax(r_m * r_m * r_m, 0.05);
+    power += r_m < 0.25 ? sound_power(70.0 - 250.0 * r_m) : 0.0; /* the ring-down */
     if (w->wall_m > 0.0 && r_m >= w->wall_m)
-        power += ratio(w->wall_db - 6.0) * exp(-(r_m - w->wall_m) / 0.03);
+        power += sound_power(w->wall_db - 6.0) * exp(-(r_m - w->wall_m) / 0.03);
     if (r_m >= w->burst_m && r_m < w->burst_m + w->burst_length_m)
-        power += ratio(w->burst_db);
+        power += sound_power(w->burst_db);
     return power;
 }
 
@@ -62,14 +56,13 @@ static void render(const struct water *w, uint64_t *seed, uint8_t *counts)
         source[i] = gauss(seed) * sqrt((1.0 + scatter(w, fmax(r_m, 0.0))) / PULSE);
     }
     const double complex glint = gauss(seed);
-    const double complex wall = sqrt(ratio(w->wall_db)) * glint / cabs(glint);
+    const double complex wall = sqrt(sound_power(w->wall_db)) * glint / cabs(glint);
+    sound_pulse(source, BINS + 2 * PAD, PULSE);
     for (int i = 0; i < BINS; i++) {
-        double complex p = 0.0;
-        for (int k = 0; k < PULSE; k++)
-            p += source[i + PAD - PULSE / 2 + k];
+        double complex p = source[i + PAD + PULSE - 1 - PULSE / 2];
         if (w->wall_m > 0.0 && fabs((i + 0.5) * DR_M - w->wall_m) < PULSE_M / 2.0)
             p += wall;
-        counts[i] = (uint8_t)fmin(255.0, 12.0 * sqrt(cabs(p)) + 0.5);
+        counts[i] = sound_byte(sound_count(AMPLITUDE_SQRT, sound_intensity(p), 12.0, 0.0) + 0.5);
     }
 }
 
@@ -157,7 +150,7 @@ static struct score score_of(const struct extract_conf *conf, uint64_t seed)
         w.reverb_db = none.reverb_db;
         const struct beam_echoes b = hear(&w, &seed);
         const double off_m = b.n ? (double)b.echo[0].range_m - w.wall_m : INFINITY;
-        const bool reference = 12.0 * pow(ratio(w.wall_db), 0.25) > 255.0 * pow(least, 0.25);
+        const bool reference = 12.0 * pow(sound_power(w.wall_db), 0.25) > 255.0 * pow(least, 0.25);
         s.references += reference;
         s.behind += reference && (double)b.free_to_m > w.wall_m;
         if (fabs(off_m) < SAME_M) {

@@ -7,6 +7,7 @@
 
 #include "core/fault.h"
 #include "grid/range/extract.h"
+#include "tests/sound/sound.h"
 
 #define BINS 800
 
@@ -59,10 +60,8 @@ static double speckle(uint64_t *seed)
 static void render(int law, double mean, uint64_t *seed, uint8_t *counts)
 {
     for (int i = 0; i < BINS; i++) {
-        const double power = speckle(seed);
-        const double of_law[] = {mean * sqrt(power), mean * power, mean * pow(power, 0.25),
-                                 mean + 10.0 * log10(power) * 255.0 / 80.0};
-        counts[i] = (uint8_t)fmax(0.0, fmin(255.0, of_law[law] + 0.5));
+        const double count = sound_count((enum amplitude_law)law, speckle(seed), mean, SOUND_MICRON_DB);
+        counts[i] = sound_byte(count + 0.5);
     }
 }
 
