@@ -162,36 +162,22 @@ static void tally_clusters(struct rig *rig, uint64_t t_ns, struct tally *t)
 
 static void hear(unsigned seed, double bounce_db, unsigned turns, struct tally *t)
 {
-    const struct sea_scene water = {.floor_db = -44, .reverb_db = -60};
     const struct sea_sound sound = {.surface_db = -6,
                                     .bounce_db = {bounce_db, bounce_db},
                                     .square_on = SQUARE_ON,
                                     .rays_az = 1,
                                     .rays_el = 31};
-    static uint8_t samples[SEA_MAX_BINS];
+    static struct sea_ping sea;
     struct rig rig = {0};
     uint64_t t_ns = 0;
     start(&rig);
     for (unsigned i = 0; i < turns * BEAMS; i++) {
         struct dice dice = dice_of(seed, i);
-        struct ping ping = sea_ping_of(SOUND_PING360);
-        struct ping_beam axis = {.az_rad = (float)(GEO_TURN * (i % BEAMS) / BEAMS)};
         struct beam_echoes beam;
         struct echoes e = {.max_beams = 1, .beam = &beam};
-        double mean[SEA_MAX_BINS] = {0}, attitude[4];
-        quat_from_rpy(0, 0, (double)axis.az_rad, attitude);
-        sea_surfaces(&sound, &rig.scene, origin, attitude, 0, &ping, mean);
-        sea_disturb(&water, SOUND_PING360, false, &dice, mean);
-        sea_hear(SOUND_PING360, mean, 0.2, 0, &dice, samples);
-        ping.t_ns = t_ns = (i + 1) * (uint64_t)PING_NS;
-        ping.seq = i + 1;
-        ping.head_units = i % BEAMS;
-        ping.flags = i % BEAMS == 0 ? PING_NEW_TURN : 0;
-        ping.pose = pose_identity;
-        ping.pose.has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH;
-        ping.beam = &axis;
-        ping.samples = samples;
-        extract_run(rig.extract, &ping, NULL, &e);
+        sea_turn(&sound, &rig.scene, 0, 1, i, &dice, &sea);
+        sea.ping.t_ns = t_ns = (i + 1) * (uint64_t)PING_NS;
+        extract_run(rig.extract, &sea.ping, NULL, &e);
         marks_run(&rig.marks, &e);
         sphere_enter(rig.grid, &e, &mount_identity);
         if (i >= BEAMS) /* the first turn knows of no opposite wall */

@@ -79,35 +79,19 @@ static void start(struct rig *rig)
 
 static uint64_t hear(struct rig *rig, const struct tank *tank, unsigned seed, bool yaws, double compass_rad)
 {
-    static const struct sea_scene water = {.floor_db = -44, .reverb_db = -60};
     static const struct sea_sound sound = {.surface_db = -6, .rays_az = 5, .rays_el = 21};
-    static uint8_t samples[SEA_MAX_BINS];
+    static struct sea_ping sea;
     uint64_t t_ns = 0;
     for (unsigned i = 0; i < TURNS * BEAMS; i++) {
         struct dice dice = dice_of(seed, 1000 + i);
-        struct ping ping = sea_ping_of(SOUND_PING360);
-        struct ping_beam axis = {.az_rad = (float)(GEO_TURN * (i % BEAMS) / BEAMS)};
         struct beam_echoes beam;
         struct echoes e = {.max_beams = 1, .beam = &beam};
-        double mean[SEA_MAX_BINS] = {0}, attitude[4];
         const double yaw_rad = tank->heading_rad + (yaws ? YAW_RAD * sin(GEO_TURN * i * PING_S / YAW_S) : 0),
                      compass_heading_rad = yaw_rad + compass_rad * dice_gauss(&dice);
-        ping.dr_m *= (float)tank->bins;
-        ping.pulse_m *= (float)tank->bins;
-        quat_from_rpy(0, 0, yaw_rad + (double)axis.az_rad, attitude);
-        sea_surfaces(&sound, &tank->place, (const double[3]){0}, attitude, 0, &ping, mean);
-        sea_disturb(&water, SOUND_PING360, false, &dice, mean);
-        sea_hear(SOUND_PING360, mean, 0.2, 0, &dice, samples);
-        ping.t_ns = t_ns = (uint64_t)((i + 1) * PING_S * 1e9);
-        ping.seq = i + 1;
-        ping.head_units = i % BEAMS;
-        ping.flags = i % BEAMS == 0 ? PING_NEW_TURN : 0;
-        ping.pose = pose_identity;
-        ping.pose.has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH;
-        quat_from_rpy(0, 0, compass_heading_rad, ping.pose.attitude);
-        ping.beam = &axis;
-        ping.samples = samples;
-        extract_run(rig->extract, &ping, NULL, &e);
+        sea_turn(&sound, &tank->place, yaw_rad, tank->bins, i, &dice, &sea);
+        sea.ping.t_ns = t_ns = (uint64_t)((i + 1) * PING_S * 1e9);
+        quat_from_rpy(0, 0, compass_heading_rad, sea.ping.pose.attitude);
+        extract_run(rig->extract, &sea.ping, NULL, &e);
         marks_run(&rig->marks, &e);
         sphere_enter(rig->grid, &e, &mount_identity);
     }

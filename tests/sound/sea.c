@@ -208,6 +208,29 @@ struct ping sea_ping_of(enum sound_head head)
     };
 }
 
+void sea_turn(const struct sea_sound *sound, const struct place *place, double yaw_rad, double longer, uint32_t i,
+              struct dice *dice, struct sea_ping *out)
+{
+    const struct sea_scene *open = &sea_scenes[0];
+    const uint32_t turn = heads[SOUND_PING360].turn;
+    double mean[SEA_MAX_BINS] = {0}, attitude[4];
+    *out = (struct sea_ping){.ping = sea_ping_of(SOUND_PING360),
+                             .axis.az_rad = (float)(GEO_TURN * (i % turn) / turn)};
+    out->ping.dr_m *= (float)longer;
+    out->ping.pulse_m *= (float)longer;
+    out->ping.seq = i + 1;
+    out->ping.head_units = i % turn;
+    out->ping.flags = i % turn == 0 ? PING_NEW_TURN : 0;
+    out->ping.pose = pose_identity;
+    out->ping.pose.has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH;
+    out->ping.beam = &out->axis;
+    out->ping.samples = out->samples;
+    quat_from_rpy(0.0, 0.0, yaw_rad + (double)out->axis.az_rad, attitude);
+    out->met = sea_surfaces(sound, place, (const double[3]){0}, attitude, 0.0, &out->ping, mean);
+    sea_disturb(open, SOUND_PING360, false, dice, mean);
+    sea_hear(SOUND_PING360, mean, open->ring_m, 0.0, dice, out->samples);
+}
+
 void sea_listen(const struct sea_scene *scene, enum sound_head head, uint64_t seed, unsigned beam,
                 struct sea_ping *out)
 {

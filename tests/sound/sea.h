@@ -81,6 +81,11 @@ void sea_hear(enum sound_head head, const double *mean, double ring_m, double st
 /** sea_ping_of - a ping of this head without direction, time and samples. */
 struct ping sea_ping_of(enum sound_head head);
 
+/** sea_turn - ping i of the Ping360-like head, which turns at a place's origin in the quiet of open water, on a vehicle
+ * of this yaw; bins and pulse are so much `longer`. It has no time yet. */
+void sea_turn(const struct sea_sound *sound, const struct place *place, double yaw_rad, double longer, uint32_t i,
+              struct dice *dice, struct sea_ping *out);
+
 /** sea_listen - beam 0 .. SEA_BEAMS - 1 of the scan `seed` of a scene. */
 void sea_listen(const struct sea_scene *scene, enum sound_head head, uint64_t seed, unsigned beam,
                 struct sea_ping *out);
