@@ -13,10 +13,9 @@
 #include <string.h>
 
 #include "core/fault.h"
-#include "grid/range/amplitude.h"
 #include "grid/range/cfar.h"
 #include "grid/range/extract.h"
-#include "tests/sound/sound.h"
+#include "tests/lib/clutter.h"
 
 #define BEAM       8192 /* cells of one run of the detector */
 #define SIDE       16
@@ -34,32 +33,27 @@ static const char *const detector_name[] = {"ca", "goca", "soca", "os"};
 static const double asked[] = {1e-2, 1e-3, 1e-4, 1e-5, 1e-6};
 #define ASKED (sizeof asked / sizeof asked[0])
 
-/* What the clutter is sent as. EXACT: power itself, unquantised. */
-enum clutter { EXACT, POWER, LINEAR, SQRT, LOG, CLUTTERS };
-static const struct {
-    const char *name;
-    enum amplitude_law law;
-    double mean; /* counts of mean power */
-} clutters[CLUTTERS] = {{"exact", AMPLITUDE_POWER, 0.0},
-                        {"power", AMPLITUDE_POWER, 12.0},
-                        {"linear", AMPLITUDE_LINEAR, 45.0},
-                        {"sqrt", AMPLITUDE_SQRT, 90.0},
-                        {"log", AMPLITUDE_LOG, 100.0}};
+/* What the clutter is sent as. */
+#define CLUTTERS 5
+static const struct clutter clutters[CLUTTERS] = {{"exact", AMPLITUDE_POWER, 1, 0.0, DB_COUNT}, /* no counts */
+                                                  {"power", AMPLITUDE_POWER, 1, 12.0, DB_COUNT},
+                                                  {"linear", AMPLITUDE_LINEAR, 1, 45.0, DB_COUNT},
+                                                  {"sqrt", AMPLITUDE_SQRT, 1, 90.0, DB_COUNT},
+                                                  {"log", AMPLITUDE_LOG, 1, 100.0, DB_COUNT}};
 
 static uint64_t power[BEAM];
 static _Alignas(64) unsigned char work[BEAM * 64];
 static uint8_t mask[BEAM];
 
 /* The power that the detector sees of a cell whose true power is p times the mean. */
-static uint64_t seen_power(enum clutter c, const struct amplitude *a, double p)
+static uint64_t seen_power(const struct clutter *c, const struct amplitude *a, double p)
 {
-    return c == EXACT
-               ? (uint64_t)(p * 65536.0)
-               : amplitude_of(a, sound_byte(sound_count(clutters[c].law, p, clutters[c].mean, DB_COUNT) + 0.5));
+    return c == clutters ? (uint64_t)(p * 65536.0) : amplitude_of(a, clutter_count(c, p));
 }
 
 /* Independent exponential cells: quantiles by table, the tail exactly, because the alarms live there. */
-static void draw_cells(enum clutter c, const struct amplitude *a, const uint64_t *table, struct dice *dice)
+static void draw_cells(const struct clutter *c, const struct amplitude *a, const uint64_t *table,
+                       struct dice *dice)
 {
     for (uint32_t i = 0; i < BEAM; i++) {
         const uint32_t at = (uint32_t)(dice_bits(dice) >> 48);
@@ -89,23 +83,22 @@ static struct cfar cfar_for(enum cfar_detector detector, double pfa)
                          .alpha_one_q16 = to_q16(alpha_one)};
 }
 
-static void print_rate(const char *clutter, enum cfar_detector detector, double pfa, double cells, double alarms)
+static void print_rate(const char *noise, enum cfar_detector detector, double pfa, double cells, double alarms)
 {
-    const double z = 1.96, p = alarms / cells, scale = 1.0 + z * z / cells,
-                 mid = (p + z * z / (2.0 * cells)) / scale;
-    const double half = z / scale * sqrt(p * (1.0 - p) / cells + z * z / (4.0 * cells * cells));
-    printf("%s,%s,%.0e,%.0f,%.0f,%.4g,%.4g,%.4g\n", clutter, detector_name[detector], pfa, cells, alarms, p,
-           fmax(mid - half, 0.0), mid + half);
+    double low, high;
+    wilson(alarms, cells, 1.96, &low, &high);
+    printf("%s,%s,%.0e,%.0f,%.0f,%.4g,%.4g,%.4g\n", noise, detector_name[detector], pfa, cells, alarms,
+           alarms / cells, fmax(low, 0.0), high);
 }
 
-static void independent_cells(enum clutter c, double max_cells)
+static void independent_cells(const struct clutter *c, double max_cells)
 {
     static uint64_t table[TABLE];
     struct amplitude amplitude;
     double cells[4][ASKED] = {{0.0}}, alarms[4][ASKED] = {{0.0}};
-    struct dice dice = dice_of(1, c);
+    struct dice dice = dice_of(1, (uint64_t)(c - clutters));
     struct cfar cfar[4][ASKED];
-    if (!amplitude_init(&amplitude, clutters[c].law, 1, DB_COUNT) || cfar_work_size(BEAM) > sizeof work)
+    if (!amplitude_init(&amplitude, c->law, 1, c->db_per_count) || cfar_work_size(BEAM) > sizeof work)
         abort();
     for (uint32_t i = 0; i < TABLE; i++)
         table[i] = seen_power(c, &amplitude, -log1p(-(i + 0.5) / TABLE));
@@ -127,7 +120,7 @@ static void independent_cells(enum clutter c, double max_cells)
     }
     for (int d = CFAR_CA; d <= CFAR_OS; d++)
         for (size_t k = 0; k < ASKED; k++)
-            print_rate(clutters[c].name, (enum cfar_detector)d, asked[k], cells[d][k], alarms[d][k]);
+            print_rate(c->name, (enum cfar_detector)d, asked[k], cells[d][k], alarms[d][k]);
 }
 
 /* Empty water through the whole stage: speckle correlated by the pulse, no contrast asked; echoes per pulse length. */
@@ -197,8 +190,8 @@ int main(int argc, char **argv)
         return 2;
     }
     printf("clutter,detector,asked,cells,alarms,measured,low,high\n");
-    for (int c = EXACT; c < CLUTTERS; c++)
-        independent_cells((enum clutter)c, quick ? 2e5 : 2e7);
+    for (int c = 0; c < CLUTTERS; c++)
+        independent_cells(&clutters[c], quick ? 2e5 : 2e7);
     whole_stage(quick ? 2e5 : 4e6);
     return 0;
 }
