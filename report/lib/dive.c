@@ -122,8 +122,7 @@ static struct ping listen(struct dive_ears *ears, const float *surfaces, size_t 
         const double rise_db = ears->gain_db * log10(r_m) / log10(DIVE_RANGE_M);
         mean[b] += sound_power(noise.floor_db) * (sound_power(rise_db) - 1.0);
     }
-    sea_disturb(&noise, SOUND_MICRON, framed(i % DIVE_TURN), &dice, mean);
-    sea_hear(SOUND_MICRON, mean, noise.ring_m, 0, &dice, ears->samples);
+    sea_hear(&noise, SOUND_MICRON, framed(i % DIVE_TURN), &dice, mean, ears->samples);
     ping.t_ns = ++ears->pings * PING_NS;
     ping.seq = (uint32_t)ears->pings;
     ping.head_units = (uint32_t)(i % DIVE_TURN) * UNITS;

@@ -153,7 +153,9 @@ struct sea_met sea_surfaces(const struct sea_sound *sound, const struct place *p
     return met;
 }
 
-void sea_disturb(const struct sea_scene *sea, enum sound_head head, bool framed, struct dice *dice, double *mean)
+/* What is no surface. */
+static void disturb(const struct sea_scene *sea, enum sound_head head, bool framed, struct dice *dice,
+                    double *mean)
 {
     const bool raised = dice_uniform(dice) < sea->raised_share, burst = dice_uniform(dice) < sea->burst_share;
     const double burst_m = 2.0 + 8.0 * dice_uniform(dice), burst_end_m = burst_m + 1.0 + 2.0 * dice_uniform(dice);
@@ -172,17 +174,18 @@ void sea_disturb(const struct sea_scene *sea, enum sound_head head, bool framed,
             sound_power(FRAME_DB) * heads[head].pulse_m / heads[head].bin_m;
 }
 
-void sea_hear(enum sound_head head, const double *mean, double ring_m, double stray_share, struct dice *dice,
+void sea_hear(const struct sea_scene *sea, enum sound_head head, bool framed, struct dice *dice, double *mean,
               uint8_t *samples)
 {
     const uint32_t pulse = (uint32_t)(heads[head].pulse_m / heads[head].bin_m + 0.5);
     double complex field[SEA_MAX_BINS];
+    disturb(sea, head, framed, dice, mean);
     for (uint32_t i = 0; i < heads[head].bins; i++)
         field[i] = sqrt(mean[i] / pulse) * dice_normal(dice);
     sound_pulse(field, heads[head].bins, pulse);
     for (uint32_t i = 0; i < heads[head].bins; i++) {
-        const double ring_db = 10.0 - fmax(0.0, (i + 0.5) * heads[head].bin_m - ring_m) * RING_DB_PER_M;
-        const bool stray = stray_share > 0.0 && dice_uniform(dice) < stray_share;
+        const double ring_db = 10.0 - fmax(0.0, (i + 0.5) * heads[head].bin_m - sea->ring_m) * RING_DB_PER_M;
+        const bool stray = !isfinite(sea->floor_db) && dice_uniform(dice) < STRAY_SHARE;
         const double power = sound_intensity(field[i]) + (stray ? sound_power(STRAY_DB) : 0.0) +
                              sound_power(ring_db - (head == SOUND_MICRON ? 10.0 : 0.0));
         samples[i] = sound_byte(sound_count(sound_heads[head].law, power, heads[head].one, SOUND_MICRON_DB));
@@ -211,7 +214,6 @@ struct ping sea_ping_of(enum sound_head head)
 void sea_turn(const struct sea_sound *sound, const struct place *place, double yaw_rad, double longer, uint32_t i,
               struct dice *dice, struct sea_ping *out)
 {
-    const struct sea_scene *open = &sea_scenes[0];
     const uint32_t turn = heads[SOUND_PING360].turn;
     double mean[SEA_MAX_BINS] = {0}, attitude[4];
     *out = (struct sea_ping){.ping = sea_ping_of(SOUND_PING360),
@@ -227,8 +229,7 @@ void sea_turn(const struct sea_sound *sound, const struct place *place, double y
     out->ping.samples = out->samples;
     quat_from_rpy(0.0, 0.0, yaw_rad + (double)out->axis.az_rad, attitude);
     out->met = sea_surfaces(sound, place, (const double[3]){0}, attitude, 0.0, &out->ping, mean);
-    sea_disturb(open, SOUND_PING360, false, dice, mean);
-    sea_hear(SOUND_PING360, mean, open->ring_m, 0.0, dice, out->samples);
+    sea_hear(&sea_scenes[0], SOUND_PING360, false, dice, mean, out->samples);
 }
 
 void sea_listen(const struct sea_scene *scene, enum sound_head head, uint64_t seed, unsigned beam,
@@ -250,6 +251,5 @@ void sea_listen(const struct sea_scene *scene, enum sound_head head, uint64_t se
     out->met = sea_surfaces(&sound, shapes_of(scene), (const double[3]){0}, attitude, 0.0, &out->ping, mean);
     if (out->met.nearest_m > heads[head].bins * heads[head].bin_m - heads[head].pulse_m)
         out->met.nearest_m = out->met.farthest_m = INFINITY;
-    sea_disturb(scene, head, beam >= SEA_BEAMS / 2 && beam < SEA_BEAMS * 3 / 4, &dice, mean);
-    sea_hear(head, mean, scene->ring_m, isfinite(scene->floor_db) ? 0.0 : STRAY_SHARE, &dice, out->samples);
+    sea_hear(scene, head, beam >= SEA_BEAMS / 2 && beam < SEA_BEAMS * 3 / 4, &dice, mean, out->samples);
 }

@@ -69,13 +69,9 @@ struct sea_sound {
 struct sea_met sea_surfaces(const struct sea_sound *sound, const struct place *place, const double from[3],
                             const double attitude[4], double t_s, const struct ping *head, double *mean);
 
-/** sea_disturb - adds to the mean power by bin what is no surface: noise, reverberation, bursts, in a framed beam the
- * frame. */
-void sea_disturb(const struct sea_scene *scene, enum sound_head head, bool framed, struct dice *dice,
-                 double *mean);
-
-/** sea_hear - from mean power by bin to the counts of one ping: speckle, the pulse, the ring-down, stray counts. */
-void sea_hear(enum sound_head head, const double *mean, double ring_m, double stray_share, struct dice *dice,
+/** sea_hear - adds to the mean power of surfaces by bin what else there is, in a framed beam the frame, too, and makes
+ * the counts of one ping of it: speckle, the pulse, the ring-down, stray counts. */
+void sea_hear(const struct sea_scene *scene, enum sound_head head, bool framed, struct dice *dice, double *mean,
               uint8_t *samples);
 
 /** sea_ping_of - a ping of this head without direction, time and samples. */
