@@ -9,6 +9,7 @@
 #include "core/fault.h"
 #include "tests/water/scene.h"
 
+#define MAX_RAYS      640
 #define STEP_DEG      0.9
 #define ABSORPTION    0.4 /* dB per metre, there and back */
 #define RING_DB_PER_M 250.0
@@ -21,22 +22,19 @@
 
 #define QUIET (-44.0) /* 20 counts of a Ping360 */
 #define WALL  (-6.0)
+#define USUAL WALL, 0, QUIET, -60, 0.2, 0, 0, 0
 
 const struct sea_scene sea_scenes[] = {
-    {"open", "open water, nothing within range", "", WALL, 0, QUIET, -60, 0.2, 0, 0, 0},
-    {"wall close", "a wall at 0.45 m, hardly beyond the ring-down", "slope 0.45 0 0", WALL, 0, QUIET, -60, 0.2, 0,
-     0, 0},
-    {"wall near", "a wall at 2 m, square on in the middle of the scan", "slope 2 0 0", WALL, 0, QUIET, -60, 0.2, 0,
-     0, 0},
-    {"wall far", "a wall at 8 m", "slope 8 0 0", WALL, 0, QUIET, -60, 0.2, 0, 0, 0},
-    {"wall 30", "a wall seen at 12 to 48 degrees off square", "slope 4 30 0", WALL, 0, QUIET, -60, 0.2, 0, 0, 0},
-    {"wall 60", "a wall seen at 42 to 78 degrees off square", "slope 2.5 60 0", WALL, 0, QUIET, -60, 0.2, 0, 0, 0},
+    {"open", "open water, nothing within range", "", USUAL},
+    {"wall close", "a wall at 0.45 m, hardly beyond the ring-down", "slope 0.45 0 0", USUAL},
+    {"wall near", "a wall at 2 m, square on in the middle of the scan", "slope 2 0 0", USUAL},
+    {"wall far", "a wall at 8 m", "slope 8 0 0", USUAL},
+    {"wall 30", "a wall seen at 12 to 48 degrees off square", "slope 4 30 0", USUAL},
+    {"wall 60", "a wall seen at 42 to 78 degrees off square", "slope 2.5 60 0", USUAL},
     {"weak wall", "a wall at 5 m, 16 dB fainter than the others", "slope 5 0 0", WALL - 16, 0, QUIET, -60, 0.2, 0,
      0, 0},
-    {"pile", "a pile of 30 cm at 4 m in front of a wall at 8 m", "cylinder 4 0 0.15\nslope 8 0 0", WALL, 0, QUIET,
-     -60, 0.2, 0, 0, 0},
-    {"two close", "a pile of 30 cm whose front is 45 cm before a wall", "cylinder 4 0 0.15\nslope 4.3 0 0", WALL,
-     0, QUIET, -60, 0.2, 0, 0, 0},
+    {"pile", "a pile of 30 cm at 4 m in front of a wall at 8 m", "cylinder 4 0 0.15\nslope 8 0 0", USUAL},
+    {"two close", "a pile of 30 cm whose front is 45 cm before a wall", "cylinder 4 0 0.15\nslope 4.3 0 0", USUAL},
     {"soft bottom",
      "a sloping bottom whose echo has no edge: it begins far out in the opening and decays over 40 cm",
      "slope 2.5 0 -60", WALL - 4, 0.4, QUIET, -60, 0.2, 0, 0, 0},
@@ -129,7 +127,7 @@ struct sea_met sea_surfaces(const struct sea_sound *sound, const struct place *p
 {
     struct sea_met met = {INFINITY, INFINITY, 0.0};
     const int n_az = sound->rays_az, n_el = sound->rays_el;
-    struct sound_ray fan[SOUND_MAX_RAYS];
+    struct sound_ray fan[MAX_RAYS];
     double axis_m = INFINITY;
     sound_fan(sound->spread, 1.0, n_az, n_el, NULL, fan);
     for (int n = 0; n < n_az * n_el; n++) {

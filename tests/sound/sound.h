@@ -49,8 +49,6 @@ enum sound_spread {
     SOUND_JITTERED,  /* by the dice, which only this one needs */
 };
 
-#define SOUND_MAX_RAYS 640
-
 /** sound_fan - n_az columns of n_el rays, to so many half-power widths off the axis: 1 is where the pattern is 24 dB
  * down. */
 void sound_fan(enum sound_spread spread, double reach, int n_az, int n_el, struct dice *dice,
