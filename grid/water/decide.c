@@ -495,12 +495,10 @@ static bool reach(const struct water_image *image, const int column[2], double r
     return all;
 }
 
-#define THIN_M 0.03 /* a beam that passes no farther beside a post than this meets it */
-
 /*
  * Beams were sent from beside the row's place, so what is at their azimuth as seen from there was as far beside them:
  * so much less is sought beside them. Where that leaves less than nothing, any of the beams that far around may be the
- * one that was there, and all of them must have reached so far.
+ * one that was there, and all of them must have reached so far, without a gap between them.
  */
 bool water_looks(const struct water_view *view, const double v[3], double at_m, const struct water_sought *sought)
 {
@@ -510,13 +508,15 @@ bool water_looks(const struct water_view *view, const double v[3], double at_m, 
     const struct point at = point_at(&k, at_m);
     const double tan_el = at.up / fmax(at.level, sought->high_m), tan_az = at.right / at.ahead,
                  beside_rad = fmax(sought->within_rad, rad_of_ball(sought->radius_m, at.level)),
-                 left_rad = beside_rad - rad_of_ball(fmax(view->record->spread_m[1] - THIN_M, 0), at.level);
+                 left_rad = beside_rad - rad_of_ball(fmax(view->record->spread_m[1] - WATER_THIN_M, 0), at.level);
     int column[2];
     if (!(at.ahead > 0) || at.range < view->record->ahead_m || tan_el < image->tan_el[0] ||
         tan_el > image->tan_el[image->rows])
         return false;
     const struct span az = wider((struct span){tan_az, tan_az}, tan(fmin(fabs(left_rad), GEO_PI / 2)));
     const bool all = left_rad < 0;
+    if (all && at.range < view->record->gap_m)
+        return false;
     if (all ? az.low < image->tan_az[0] || az.high > image->tan_az[image->columns]
             : az.high < image->tan_az[0] || az.low > image->tan_az[image->columns])
         return false;

@@ -21,6 +21,7 @@
 #define WATER_COLUMNS 520
 #define WATER_UNIT_M  0.01 /* of ranges, which are rounded down */
 #define WATER_NO_END  UINT16_MAX
+#define WATER_THIN_M  0.03 /* a beam that passes no farther beside a post than this meets it */
 
 /* Of a part of the image, in units: in all of it the water is free from `from` to `least`, in none of it farther than
  * to `most`, and nearer than `ends` no echo ends what is older. */
@@ -53,7 +54,8 @@ struct water_record {
     double tilt_rad;    /* ... and its beams turned so far against the axes */
     double spread_m[3]; /* they were sent so far beside place_m, but for what ranges allow for: along, aside, up */
     double ahead_m;     /* no farther ahead of its place any was sent */
-    bool echoes;        /* some cell ends at one */
+    double gap_m; /* nearer than this a post may stand between two of them, for they were sent from so far apart */
+    bool echoes;  /* some cell ends at one */
     struct water_image image;
 };
 

@@ -85,6 +85,14 @@ static bool join(const struct sweep_look *a, const struct sweep_look *b, double 
     return join_m[ROW_ROWS / 2] <= JOIN_MOST_M;
 }
 
+/* Nearer than this a post may stand between two such beams that leave no gap farther away. */
+static double gap_m(const struct sweep_look *a, const struct sweep_look *b)
+{
+    const double over_rad = 2 * b->shape.half_az_rad - fabs(azimuth(&b->at, &a->at)),
+                 slip_m = slipped_m(a, b, a->shape.half_az_rad) - 2 * WATER_THIN_M;
+    return slip_m <= 0 ? 0 : over_rad > 0 ? slip_m / sin(fmin(over_rad, GEO_PI / 2)) : INFINITY;
+}
+
 /* How their axes begin to diverge where they meet halfway. */
 static void diverge(const struct sweep_look *a, struct sweep_look *b)
 {
@@ -160,6 +168,7 @@ bool sweep_add(struct sweep *s, const struct water_record *at, const struct beam
         s->since = s->since >= each(s) ? 1 : s->since + 1;
         s->before = s->look[s->n - 1].at.seq;
         next.apart = !join(&s->look[s->n - 1], &next, next.join_m);
+        next.gap_m = gap_m(&s->look[s->n - 1], &next);
         diverge(&s->look[s->n - 1], &next);
     } else
         *s = (struct sweep){.since = 1, .begun = at->seq};
@@ -285,8 +294,11 @@ void sweep_write(const struct sweep *s, struct water_record *record, struct row_
                   before = s->sense < 0 ? k + 1 : k - 1;
         take_look(&s->look[i], &middle->at, record, &beam[k]);
         beam[k].apart = k + 1 < n && are_apart(s, i, next);
-        if (i > 0 && !s->look[i].apart)
+        if (i > 0 && !s->look[i].apart) {
             take_pair(&s->look[i], &beam[k], join_m[k]);
+            if (s->look[i].gap_m > 0)
+                record->gap_m = fmax(record->gap_m, s->look[i].gap_m + beam[k].along_m);
+        }
         if (i > s->first && !s->look[i].apart)
             take_pair(&s->look[i], &beam[before], join_m[before]);
     }

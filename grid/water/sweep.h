@@ -19,7 +19,8 @@ struct sweep_look {
     struct row_shape shape;
     bool apart;               /* between the one before and it nothing is said; else ... */
     double join_m[ROW_ROWS];  /* ... they leave no gap from here on: struct row_shape; ... */
-    double aside_m, tilt_rad; /* ... and their axes diverge by that: struct row_beam */
+    double aside_m, tilt_rad; /* ... and their axes diverge by that: struct row_beam; ... */
+    double gap_m;             /* ... nearer than this a post may stand between them: WATER_THIN_M */
 };
 
 struct sweep {

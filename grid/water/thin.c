@@ -194,6 +194,7 @@ void thin_join(const struct water_record *older, const struct water_record *newe
     for (int k = 0; k < 3; k++)
         joined->spread_m[k] = fmax(older->spread_m[k], newer->spread_m[k]);
     joined->ahead_m = fmax(older->ahead_m, newer->ahead_m);
+    joined->gap_m = fmax(older->gap_m, newer->gap_m);
     joined->echoes = older->echoes || newer->echoes;
     memcpy(room->tan_az, b->tan_az, (b->columns + 1u) * sizeof *b->tan_az);
     memcpy(room->tan_el, b->tan_el, (b->rows + 1u) * sizeof *b->tan_el);

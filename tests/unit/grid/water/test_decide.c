@@ -859,6 +859,10 @@ TEST(beams_sent_from_beside_the_row_look_less_far_aside)
     CHECK(looks(0, 0, 4, 0));
     record.spread_m[1] = 0.23;
     CHECK(!looks(0, 0, 4, 0) && looks(0, 0, 2.9, 0));
+    record.gap_m = 2.5; /* nearer it may have passed between two of them ... */
+    CHECK(!looks(0, 0, 2.4, 0) && looks(0, 0, 2.6, 0));
+    record.spread_m[1] = 0.03; /* ... that were sent from no farther beside than counts */
+    CHECK(looks(0, 0, 2.4, 0));
 }
 
 TEST(only_the_beam_that_passes_there_looks)

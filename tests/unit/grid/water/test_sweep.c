@@ -280,6 +280,24 @@ TEST(beams_from_two_places_leave_a_gap_up_to_where_their_edges_cross)
         }
 }
 
+/* They overlap by a degree: a post that is no more than 6 cm thick may stand in the gap up to where it is as narrow. */
+TEST(a_row_tells_up_to_where_a_post_may_stand_between_its_beams)
+{
+    static const struct {
+        double ahead_m, aside_m, gap_m;
+    } c[] = {{0, 0.06, 0}, {0, -0.2, 0}, {0, 0.1, 2.289}, {1, 0.135, 2.289}, {3, 0, 0}};
+    for (size_t i = 0; i < sizeof c / sizeof *c; i++)
+        for (int side = -1; side <= 1; side += 2) {
+            begin();
+            second((double[3]){c[i].ahead_m, side * c[i].aside_m, 0}, 0, 0, side);
+            write_row();
+            CHECK_NEAR(sweep.look[1].gap_m, c[i].gap_m, 0, 5e-3);
+            /* the row's place is no farther than 0.3 m from the first beam's */
+            CHECK_NEAR(record.gap_m, c[i].gap_m > 0 ? c[i].gap_m + c[i].ahead_m : 0, 0, c[i].gap_m > 0 ? 0.31 : 0);
+            CHECK_NEAR(record.ahead_m, c[i].ahead_m, 0, 0.31);
+        }
+}
+
 /* Two in turn that only touch, and what they are tilted by what their bearings are rounded by. */
 TEST(beams_that_all_but_touch_leave_no_gap)
 {
@@ -655,6 +673,7 @@ int main(void)
     RUN(rows_are_kept_so_often_that_two_have_a_beam_in_common);
     RUN(two_deaf_beams_end_what_both_looked_at);
     RUN(beams_from_two_places_leave_a_gap_up_to_where_their_edges_cross);
+    RUN(a_row_tells_up_to_where_a_post_may_stand_between_its_beams);
     RUN(beams_that_all_but_touch_leave_no_gap);
     RUN(beams_that_leave_a_gap_too_far_are_apart);
     RUN(a_row_is_of_the_time_of_all_its_beams);
