@@ -221,8 +221,8 @@ TEST(what_no_longer_keeps_time_is_forgotten)
     CHECK(!comb.known);
 }
 
-/* A long pulse in speckle: its pieces are due where its beginning is, and alone they are not. It is hardly longer than its
- * last piece. */
+/* A long pulse in speckle: its pieces are due where its beginning is, and alone they are not. It is hardly longer than
+ * its last piece. */
 TEST(pieces_of_a_pulse_are_due_with_it)
 {
     const struct scene s = {.range_m = 40.0, .interval_s = 0.0937, .period_s = 0.07};
