@@ -231,11 +231,12 @@ static double unshown_m(struct promise *p, const double v[3], const struct promi
     if (!looked.by_head && looked.still_rad <= 0)
         return passes(p, v, near_m) ? looked_m : near_m;
     const bool shown = bearings_have(p->shown, looked.az_rad, 0);
+    const double edge = edge_m(p, &looked, look);
     if (look->goes_on || (shown && !drifts))
-        return looked_m;
+        return fmin(fmax(looked_m, edge), near_m);
     const double left_m = drifts ? fmin(looked_m, adrift_m(p, look, near_m)) : near_m;
     if (!shown) /* by no head: what nobody has shown nobody promises */
-        return fmin(fmax(look->sure_m, edge_m(p, &looked, look)), left_m);
+        return fmin(fmax(fmin(look->sure_m, looked_m), edge), left_m);
     return left_m;
 }
 
@@ -251,14 +252,17 @@ bool promise_looks(const struct promise *p, double az_rad, double range_m)
     double v[3];
     level_axis(az_rad, v);
     const struct ahead at = ahead_of(p, v, range_m);
-    return bearings_look(&p->frame->looks, at.off_rad, at.m);
+    struct bearings_view view = p->view;
+    memset(view.offset_m, 0, sizeof view.offset_m);
+    return bearings_look(&p->frame->looks, at.off_rad, at.m) ||
+           bearings_still_look(&p->frame->looks, &view, az_rad, range_m, EDGE_CELLS * view.step_rad);
 }
 
-bool promise_passes(const struct promise *p, double az_rad, double near_m)
+bool promise_passes(struct promise *p, double az_rad, double near_m)
 {
     double v[3];
     level_axis(az_rad, v);
-    return passes(p, v, near_m);
+    return passes(p, v, near_m) || look_of(p, v, near_m).still_rad > 0;
 }
 
 double promise_come_m(const struct promise *p, double az_rad, double half_rad)

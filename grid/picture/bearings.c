@@ -455,6 +455,19 @@ static bool is_looked_at(const struct eyes *eyes, const struct spot *at)
            !is_whole(eyes, at, -1);
 }
 
+bool bearings_still_look(const struct bearings_looks *looks, const struct bearings_view *view, double az_rad,
+                         double range_m, double edge_rad)
+{
+    struct eyes eyes;
+    bool whole = true;
+    open_eyes(looks, view, &eyes);
+    for (int side = -1; side <= 1 && whole; side++) {
+        const double rad = az_rad + side * edge_rad;
+        whole = is_whole(&eyes, &(struct spot){cos(rad), sin(rad), 0, view->step_rad, range_m}, 0);
+    }
+    return whole;
+}
+
 #define RANGES 3 /* at near_m, half and a third of it: parallax goes by one over the range */
 
 void bearings_row(const struct bearings_looks *looks, const struct bearings_view *view, double el_rad,

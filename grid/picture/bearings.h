@@ -122,6 +122,10 @@ struct bearings_view {
 void bearings_row(const struct bearings_looks *looks, const struct bearings_view *view, double el_rad,
                   double near_m, uint64_t row[BEARINGS_FINE / 64]);
 
+/** bearings_still_look - do still sonars look at that level place, edge_rad to both sides, and wholly at such a cell? */
+bool bearings_still_look(const struct bearings_looks *looks, const struct bearings_view *view, double az_rad,
+                         double range_m, double edge_rad);
+
 /** bearings_inside - how far that azimuth lies in a row, beyond edge_rad from the end of what still sonars cover
  * together; 0: it does not. Where they cover no more than two such edges all of that counts, and it is INFINITY. */
 double bearings_inside(const uint64_t row[BEARINGS_FINE / 64], double az_rad, double edge_rad);

@@ -186,6 +186,46 @@ TEST(near_waits_for_a_look_close_by_where_no_head_looks_far_away)
     }
 }
 
+/* A beam of 100 degrees that does not turn. */
+static void look_still(void)
+{
+    struct beam_echoes beam = {.free_to_m = 15, .state = BEAM_SILENT};
+    const struct echoes ping = {.t_ns = t_ns += SECOND,
+                                .seq = ++seq,
+                                .n_beams = 1,
+                                .range_max_m = 20,
+                                .beam = &beam,
+                                .az_aperture_rad = (float)geo_rad(100),
+                                .el_aperture_rad = (float)geo_rad(25),
+                                .pose = pose};
+    store_enter(store, &ping, &mount);
+}
+
+/* The vehicle goes to the left while nothing is heard: what has come into the beam to its left nobody has seen, though
+ * farther away the last ping has shown the water at that bearing. */
+TEST(near_ends_where_a_still_beam_that_is_silent_has_come)
+{
+    for (int heard = 0; heard < 2; heard++) {
+        begin();
+        struct picture_frame frame;
+        picture_get_frame(&picture, &frame);
+        frame.looks.bearings[0] = 0;
+        open_still(&frame.looks, 0, 100);
+        frame.centre_m[1] = -0.25 * NEAR_M;
+        picture_begin(&picture);
+        picture_set_frame(&picture, &frame);
+        picture_end(&picture);
+        look_still();
+        pose.position_m[1] = -0.25 * NEAR_M;
+        pose.path_m = 0.25 * NEAR_M;
+        if (heard)
+            look_still();
+        end();
+        CHECK(horizon.look[part_of(320)].goes_on);
+        CHECK_NEAR(horizon.level_m[part_of(320)], heard ? NEAR_M : 0, 1e-9, 0);
+    }
+}
+
 int main(void)
 {
     RUN(near_holds_nowhere_for_water_seen_from_afar);
@@ -194,5 +234,6 @@ int main(void)
     RUN(near_waits_for_no_look_where_no_head_ever_looks);
     RUN(near_ends_where_a_head_off_the_middle_has_not_looked_close_by);
     RUN(near_waits_for_a_look_close_by_where_no_head_looks_far_away);
+    RUN(near_ends_where_a_still_beam_that_is_silent_has_come);
     return test_end();
 }
