@@ -495,6 +495,25 @@ static bool reach(const struct water_image *image, const int column[2], double r
     return all;
 }
 
+static bool has_row(const struct water_image *image, double tan_el)
+{
+    return tan_el >= image->tan_el[0] && tan_el <= image->tan_el[image->rows];
+}
+
+/* The place becomes that at which the sensor, however it is tilted, has what stands there at its own level. False: it is
+ * farther up or down than a beam reaches high_m away. */
+static bool level_at(struct deciding *k, struct point *at, double high_m)
+{
+    const struct water_record *r = k->view->record;
+    const double down_m = at->up / r->axis[2][2];
+    if (at->level > high_m || !has_row(&r->image, at->up / fabs(r->axis[2][2]) / high_m))
+        return false;
+    for (int i = 0; i < 3; i++)
+        k->v[i] += (i < 2 ? 1 : -1) * r->axis[i][2] * down_m / at->t_m;
+    *at = point_at(k, at->t_m);
+    return true;
+}
+
 /*
  * Beams were sent from beside the row's place, so what is at their azimuth as seen from there was as far beside them:
  * so much less is sought beside them. Where that leaves less than nothing, any of the beams that far around may be the
@@ -504,14 +523,15 @@ bool water_looks(const struct water_view *view, const double v[3], double at_m, 
 {
     const struct water_tile line = {.v = {v[0], v[1], v[2]}};
     const struct water_image *image = &view->record->image;
-    const struct deciding k = begin(view, &line);
-    const struct point at = point_at(&k, at_m);
-    const double tan_el = at.up / fmax(at.level, sought->high_m), tan_az = at.right / at.ahead,
+    struct deciding k = begin(view, &line);
+    struct point at = point_at(&k, at_m);
+    if (!has_row(image, at.up / at.level) && !level_at(&k, &at, sought->high_m))
+        return false;
+    const double tan_az = at.right / at.ahead,
                  beside_rad = fmax(sought->within_rad, rad_of_ball(sought->radius_m, at.level)),
                  left_rad = beside_rad - rad_of_ball(fmax(view->record->spread_m[1] - WATER_THIN_M, 0), at.level);
     int column[2];
-    if (!(at.ahead > 0) || at.range < view->record->ahead_m || tan_el < image->tan_el[0] ||
-        tan_el > image->tan_el[image->rows])
+    if (!(at.ahead > 0) || at.range < view->record->ahead_m)
         return false;
     const struct span az = wider((struct span){tan_az, tan_az}, tan(fmin(fabs(left_rad), GEO_PI / 2)));
     const bool all = left_rad < 0;

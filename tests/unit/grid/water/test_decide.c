@@ -839,6 +839,25 @@ TEST(a_beam_looks_as_far_as_it_hears)
     CHECK(looks(0, 15, 1, 0) && !looks(0, 15, 3.5, 0)); /* as high as 3 m away */
 }
 
+/* A sensor that lies on its side has beside it what an upright one has above or below: that stands elsewhere. Pitched,
+ * it meets what stands on its way higher or lower. */
+TEST(what_stands_upright_is_not_sought_beside_a_sensor_on_its_side)
+{
+    begin_one();
+    CHECK(looks(0, 25, 1, 0) && !looks(20, 0, 1, 0));
+    for (int side = -1; side <= 1; side += 2) {
+        memcpy(record.axis, (double[3][3]){{1, 0, 0}, {0, 0, side}, {0, -side, 0}}, sizeof record.axis);
+        CHECK(looks(0, 0, 1, 0) && looks(9, 0, 1, 0) && looks(-9, 0, 1, 0));
+        CHECK(!looks(25, 0, 1, 0) && !looks(-25, 0, 1, 0) && !looks(0, 25, 1, 0));
+        const double c = cos(geo_rad(20)), s = side * sin(geo_rad(20));
+        memcpy(record.axis, (double[3][3]){{1, 0, 0}, {0, c, s}, {0, -s, c}}, sizeof record.axis);
+        CHECK(looks(9, 0, 1, 0) && looks(-9, 0, 1, 0) && !looks(12, 0, 1, 0) && !looks(-12, 0, 1, 0));
+        CHECK(looks(0, 20, 1, 0) && looks(0, -20, 1, 0));
+        memcpy(record.axis, (double[3][3]){{c, 0, s}, {0, 1, 0}, {-s, 0, c}}, sizeof record.axis);
+        CHECK(looks(0, 0, 1, 0) && !looks(0, 0, 4, 0) && !looks(12, 0, 1, 0));
+    }
+}
+
 /* 3 cm do not count. What was sent 0.5 m farther beside the row's place may, 4 m away, have passed 7.2 degrees beside
  * where its azimuth lies. */
 TEST(beams_sent_from_beside_the_row_look_less_far_aside)
@@ -1157,6 +1176,7 @@ int main(void)
     RUN(a_way_along_a_side_of_the_image_is_in_it_or_not);
     RUN(an_image_covers_what_may_touch_it);
     RUN(a_beam_looks_as_far_as_it_hears);
+    RUN(what_stands_upright_is_not_sought_beside_a_sensor_on_its_side);
     RUN(beams_sent_from_beside_the_row_look_less_far_aside);
     RUN(only_the_beam_that_passes_there_looks);
     RUN(no_point_of_a_tile_is_told_what_its_cell_denies);
