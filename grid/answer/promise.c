@@ -198,6 +198,13 @@ static double edge_m(const struct promise *p, const struct looked *looked, const
     return in_rad > 0 ? aside_m / sin(in_rad) : (double)INFINITY;
 }
 
+static void level_axis(double az_rad, double v[3])
+{
+    v[0] = cos(az_rad);
+    v[1] = sin(az_rad);
+    v[2] = 0;
+}
+
 /* A place in the body, and how far above or below its level plane a head must hear to look there. */
 struct ahead {
     double m[3], off_rad;
@@ -211,9 +218,11 @@ static struct ahead ahead_of(const struct promise *p, const double v[3], double 
                           asin(fmin(fabs(u[2]), 1)) + p->picture->rings->step_rad};
 }
 
-/* Do heads look at some place of that way? */
-static bool passes(const struct promise *p, const double v[3], double near_m)
+/* Does such as turns look at some place of that way? */
+static bool head_passes(const struct promise *p, double az_rad, double near_m)
 {
+    double v[3];
+    level_axis(az_rad, v);
     const struct ahead from = ahead_of(p, v, PROMISE_LEAST * near_m), to = ahead_of(p, v, near_m);
     return bearings_pass(&p->frame->looks, to.off_rad, from.m, to.m);
 }
@@ -223,13 +232,15 @@ static bool passes(const struct promise *p, const double v[3], double near_m)
  * water must be free, at this moment, where near_m ends: what a beam showed farther out may by now have come nearer,
  * and nothing tells where it is.
  */
-static double unshown_m(struct promise *p, const double v[3], const struct promise_look *look, double near_m)
+static double unshown_m(struct promise *p, double az_rad, const struct promise_look *look, double near_m)
 {
     const bool drifts = p->now->pose.drift_mps > 0;
+    double v[3];
+    level_axis(az_rad, v);
     const struct looked looked = look_of(p, v, near_m);
     const double looked_m = fmin(look->looked_m, near_m);
     if (!looked.by_head && looked.still_rad <= 0)
-        return passes(p, v, near_m) ? looked_m : near_m;
+        return promise_passes(p, az_rad, near_m) ? looked_m : near_m;
     const bool shown = bearings_have(p->shown, looked.az_rad, 0);
     const double edge = edge_m(p, &looked, look);
     if (look->goes_on || (shown && !drifts))
@@ -240,11 +251,12 @@ static double unshown_m(struct promise *p, const double v[3], const struct promi
     return left_m;
 }
 
-static void level_axis(double az_rad, double v[3])
+/* Do such that do not turn? */
+static bool still_looks(const struct promise *p, double az_rad, double range_m)
 {
-    v[0] = cos(az_rad);
-    v[1] = sin(az_rad);
-    v[2] = 0;
+    struct bearings_view view = p->view;
+    memset(view.offset_m, 0, sizeof view.offset_m);
+    return bearings_still_look(&p->frame->looks, &view, az_rad, range_m, EDGE_CELLS * view.step_rad);
 }
 
 bool promise_looks(const struct promise *p, double az_rad, double range_m)
@@ -252,17 +264,17 @@ bool promise_looks(const struct promise *p, double az_rad, double range_m)
     double v[3];
     level_axis(az_rad, v);
     const struct ahead at = ahead_of(p, v, range_m);
-    struct bearings_view view = p->view;
-    memset(view.offset_m, 0, sizeof view.offset_m);
-    return bearings_look(&p->frame->looks, at.off_rad, at.m) ||
-           bearings_still_look(&p->frame->looks, &view, az_rad, range_m, EDGE_CELLS * view.step_rad);
+    return bearings_look(&p->frame->looks, at.off_rad, at.m) || still_looks(p, az_rad, range_m);
 }
 
-bool promise_passes(struct promise *p, double az_rad, double near_m)
+bool promise_passes(const struct promise *p, double az_rad, double near_m)
 {
-    double v[3];
-    level_axis(az_rad, v);
-    return passes(p, v, near_m) || look_of(p, v, near_m).still_rad > 0;
+    double at_m = near_m;
+    if (head_passes(p, az_rad, near_m))
+        return true;
+    while (at_m >= PROMISE_LEAST * near_m && !still_looks(p, az_rad, at_m))
+        at_m /= 2; /* the parallax of a sonar off the middle goes by one over the range */
+    return at_m >= PROMISE_LEAST * near_m;
 }
 
 double promise_come_m(const struct promise *p, double az_rad, double half_rad)
@@ -292,8 +304,6 @@ bool promise_heeds(struct promise *p, double az_rad, double near_m)
 
 double promise_m(struct promise *p, double az_rad, const struct promise_look *look, double near_m)
 {
-    double v[3];
-    level_axis(az_rad, v);
-    const double shown_m = unshown_m(p, v, look, near_m);
+    const double shown_m = unshown_m(p, az_rad, look, near_m);
     return p->now->pose.drift_mps > 0 ? fmin(shown_m, promise_come_m(p, az_rad, 0)) : shown_m;
 }

@@ -64,7 +64,7 @@ bool promise_asks(struct promise *p, double az_rad, double near_m);
 /** promise_looks - do sonars look at that place, from the vehicle? Near by such as are off the middle look elsewhere
  * than far away. promise_passes - do they somewhere from PROMISE_LEAST of near_m up to it? */
 bool promise_looks(const struct promise *p, double az_rad, double range_m);
-bool promise_passes(struct promise *p, double az_rad, double near_m);
+bool promise_passes(const struct promise *p, double az_rad, double near_m);
 
 /**
  * promise_come_m - how near what beams showed in other directions may stand by now, within half_rad of that azimuth of

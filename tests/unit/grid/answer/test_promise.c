@@ -392,7 +392,7 @@ TEST(near_covers_no_place_at_which_a_fan_off_the_middle_looks)
     } row[] = {
         {.fan = {.wide_deg = 60, .high_deg = 20}, .az_deg = 35, .covered = true},
         {.fan = {.wide_deg = 60, .high_deg = 20, .mount_m = {-0.6, 0, 0}}, .az_deg = 31}, /* 24 degrees at 2 m */
-        {.fan = {.wide_deg = 60, .high_deg = 20, .mount_m = {-0.6, 0, 0}}, .az_deg = 60, .covered = true},
+        {.fan = {.wide_deg = 60, .high_deg = 20, .mount_m = {-0.6, 0, 0}}, .az_deg = 60}, /* 21 at 0.25 m */
         {.fan = {.wide_deg = 60, .high_deg = 20, .mount_m = {0.4, 0, 0}}, .az_deg = 35, .covered = true},
         {.fan = {.wide_deg = 60, .high_deg = 20, .mount_m = {0, 0.4, 0}}, .az_deg = 33}, /* 25 degrees */
         {.fan = {.wide_deg = 60, .high_deg = 20, .mount_m = {0, 0.4, 0}}, .az_deg = -36, .covered = true},
