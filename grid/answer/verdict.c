@@ -93,15 +93,16 @@ static bool counts_to(const struct verdict_part *part, double to_m)
            part->free_m >= fmin(to_m, bar_m);
 }
 
-/* Where along the line on which nothing was free the water begins within `near`, and then `near` itself: that and what
- * is tried after it do not depend on what was found before. Negative: nothing more is to be asked, or it is
- * VERDICT_UNSOUGHT. */
+/* Where along the line on which it ended the water begins within `near`, or begins again, and then `near` itself. What
+ * is free farthest counts, as all nearer is promised: the first piece of a narrow cone may lie before that of a wide one
+ * and end there. Negative: nothing more is to be asked, or it is VERDICT_UNSOUGHT. */
 static double next_within(struct verdict *v, struct verdict_part *part)
 {
     if (counts_to(part, verdict_near_m(v)))
         return -1;
-    const bool again = !part->found && part->starts < WITHIN_STARTS;
-    const double from_m = again ? verdict_begins_m(v, part, part->start_m, verdict_near_m(v)) : verdict_near_m(v);
+    const double known_m = part->found ? fmax(part->start_m, part->free_m) : part->start_m,
+                 from_m = part->starts < WITHIN_STARTS ? verdict_begins_m(v, part, known_m, verdict_near_m(v))
+                                                       : verdict_near_m(v);
     if (from_m < verdict_near_m(v)) /* or VERDICT_UNSOUGHT */
         return from_m;
     part->stage = VERDICT_NEAR;
