@@ -156,8 +156,8 @@ static double place_m(const struct horizon *h, int place)
     return h->near_m * (PROMISE_LEAST + (1 - PROMISE_LEAST) * place / PLACES);
 }
 
-/* How far along a ray anybody has looked where sonars look, in steps: what stands there has never been in a beam if some
- * of the way has not, whatever was seen behind it from elsewhere. */
+/* How far along a ray anybody has looked where sonars look, in steps: what stands there has never been in a beam if
+ * some of the way has not, whatever was seen behind it from elsewhere. */
 static double way_looked_m(const struct horizon *h, double az_rad, bool thick, const struct water_view *looks,
                            int n)
 {

@@ -94,8 +94,8 @@ static bool counts_to(const struct verdict_part *part, double to_m)
 }
 
 /* Where along the line on which it ended the water begins within `near`, or begins again, and then `near` itself. What
- * is free farthest counts, as all nearer is promised: the first piece of a narrow cone may lie before that of a wide one
- * and end there. Negative: nothing more is to be asked, or it is VERDICT_UNSOUGHT. */
+ * is free farthest counts, as all nearer is promised: the first piece of a narrow cone may lie before that of a wide
+ * one and end there. Negative: nothing more is to be asked, or it is VERDICT_UNSOUGHT. */
 static double next_within(struct verdict *v, struct verdict_part *part)
 {
     if (counts_to(part, verdict_near_m(v)))

@@ -122,7 +122,7 @@ struct bearings_view {
 void bearings_row(const struct bearings_looks *looks, const struct bearings_view *view, double el_rad,
                   double near_m, uint64_t row[BEARINGS_FINE / 64]);
 
-/** bearings_still_look - do still sonars look at that level place, edge_rad to both sides, and wholly at such a cell? */
+/** bearings_still_look - do still sonars look at that level place, edge_rad to both sides, wholly at a cell there? */
 bool bearings_still_look(const struct bearings_looks *looks, const struct bearings_view *view, double az_rad,
                          double range_m, double edge_rad);
 

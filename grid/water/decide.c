@@ -500,8 +500,8 @@ static bool has_row(const struct water_image *image, double tan_el)
     return tan_el >= image->tan_el[0] && tan_el <= image->tan_el[image->rows];
 }
 
-/* The place becomes that at which the sensor, however it is tilted, has what stands there at its own level. False: it is
- * farther up or down than a beam reaches high_m away. */
+/* The place becomes that at which the sensor, however it is tilted, has what stands there at its own level. False: it
+ * is farther up or down than a beam reaches high_m away. */
 static bool level_at(struct deciding *k, struct point *at, double high_m)
 {
     const struct water_record *r = k->view->record;
