@@ -28,7 +28,7 @@ void ping360_scan_init(struct ping360_scan *scan, double start_rad, double end_r
     long span = gradians(span_rad), step = gradians(step_rad);
     if (step < 1)
         step = 1;
-    bool circle = span_rad < same_rad || span_rad > GEO_TURN - same_rad || span >= PING360_TURN;
+    bool circle = span_rad < same_rad || span >= PING360_TURN;
 
     *scan = (struct ping360_scan){.first = (uint16_t)first, .step = (uint16_t)step};
     if (circle) {
