@@ -561,6 +561,7 @@ TEST(missing_angles_of_the_heads_own_scan)
         {"circle", {0, 399, 1, 0}, {397, 398, 399, 0, 1, -1}, 0},
         {"circle, three lost over zero", {0, 399, 1, 0}, {397, 398, 2, 3, -1}, 3},
         {"circle by 10", {0, 399, 10, 0}, {0, 10, 40, 50, -1}, 2},
+        {"circle, one angle twice", {0, 399, 1, 0}, {10, 11, 11, 12, -1}, 0},
         {"sector turns round", {10, 14, 1, 0}, {10, 11, 12, 13, 14, 13, 12, -1}, 0},
         {"one lost on the way", {10, 14, 1, 0}, {10, 11, 13, 14, 13, -1}, 1},
         {"the end lost", {10, 14, 1, 0}, {11, 12, 13, 13, 12, -1}, 1},
