@@ -347,6 +347,23 @@ TEST(settings_of_a_scan)
     }
 }
 
+/* In units of 5 kHz about 675. */
+TEST(frequency_of_a_scan)
+{
+    static const struct {
+        double khz;
+        uint8_t code;
+    } row[] = {{0, 100}, {280, 21}, {672, 99}, {675, 100}, {680, 101}, {1100, 185}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct device_conf conf = usual();
+        struct imagenex_switch s;
+        conf.frequency_hz = row[i].khz * 1e3;
+        open_device(&device_imagenex881a, &conf);
+        CHECK(imagenex_decode_switch(sent, &s));
+        CHECK_INT(s.frequency, row[i].code);
+    }
+}
+
 TEST(geometry_is_the_replys_own)
 {
     struct device_conf conf = usual();
@@ -665,6 +682,7 @@ int main(void)
     RUN(a_cut_frame_is_given_up);
     RUN(configurations);
     RUN(settings_of_a_scan);
+    RUN(frequency_of_a_scan);
     RUN(geometry_is_the_replys_own);
     RUN(full_scale_of_the_852_is_saturation);
     RUN(ranges_without_profile);
