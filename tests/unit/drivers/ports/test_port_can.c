@@ -270,6 +270,16 @@ TEST(isotp_message_is_bytes)
     port.ops->close(&port);
 }
 
+TEST(an_address_that_is_none_is_not_opened)
+{
+    const struct port_ops *const kinds[] = {&port_can, &port_canstream, &port_isotp};
+    for (int i = 0; i < 3; i++) {
+        memset(&port, 0, sizeof port);
+        CHECK(!kinds[i]->open(&port, "a b", &fault));
+        CHECK(port.fd == -1 && port.error == EINVAL);
+    }
+}
+
 TEST(an_interface_that_is_not_there)
 {
     const struct port_ops *const kinds[] = {&port_can, &port_canstream, &port_isotp};
@@ -300,6 +310,7 @@ int main(void)
     RUN(stream_writes_frames_of_eight);
     RUN(stream_stops_where_the_line_is_full);
     RUN(isotp_message_is_bytes);
+    RUN(an_address_that_is_none_is_not_opened);
     RUN(an_interface_that_is_not_there);
     return test_end();
 }
