@@ -28,6 +28,7 @@ TEST(the_way_follows_the_push)
     double way[3] = {9, 9, 9};
     start();
     CHECK(!push_way(&push, now_ns, way));
+    CHECK(!push_way(&push, SECOND, way)); /* the clock has just begun */
     pushes(4, 0, 1);
     CHECK(push_way(&push, now_ns, way));
     CHECK(way[0] > 3.9 && way[1] == 0 && way[2] == 0);
