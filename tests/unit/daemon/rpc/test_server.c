@@ -161,7 +161,7 @@ struct peer {
     size_t n, size;
 };
 
-static struct peer join(void)
+static struct peer knock(void)
 {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
     struct peer peer = {.fd = socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0)};
@@ -169,6 +169,12 @@ static struct peer join(void)
     CHECK(connect(peer.fd, (struct sockaddr *)&address, sizeof address) == 0);
     peer.size = 8 << 20;
     peer.in = malloc(peer.size);
+    return peer;
+}
+
+static struct peer join(void)
+{
+    struct peer peer = knock();
     turn(1);
     return peer;
 }
@@ -579,6 +585,26 @@ TEST(a_watch_tells_at_once_and_at_its_rate)
     CHECK_STR(HEAR(peer), WATCH_ID(1));
     loop_advance(loop, loop_now(loop) + 1000 * MS);
     CHECK_STR(HEAR(peer), "-");
+    leave(&peer);
+    tear_down();
+}
+
+TEST(a_watch_that_waits_holds_up_no_other_of_its_client)
+{
+    set_up(4);
+    finished = false;
+    struct peer maker = join(), peer = join();
+
+    say(&maker, ASK("parts", 1));
+    turn(2);
+    say(&peer, WATCH("parts", 1) WATCH("state", 1));
+    CHECK_STR(HEAR(peer), WATCH_ID(1));
+    CHECK_STR(HEAR(peer), WATCH_ID(2));
+    CHECK_STR(HEAR(peer), TOLD(2, 0));
+    finished = true;
+    CHECK_STR(HEAR(maker), STATE(0, 1));
+    CHECK(strstr(HEAR(peer), "\"watch\":1,\"method\":\"parts\",\"result\":{\"state\":0}") != NULL);
+    leave(&maker);
     leave(&peer);
     tear_down();
 }
@@ -1150,6 +1176,23 @@ TEST(an_idle_client_makes_room_for_another)
     tear_down();
 }
 
+/* The loop has both events at once; that of the client which has gone by then is for nobody. */
+TEST(who_leaves_as_it_makes_room_takes_nobody_with_it)
+{
+    set_up(1);
+    struct peer idle = join();
+
+    wait_ms(10100);
+    struct peer late = knock();
+    leave(&idle);
+    CHECK_INT(stats().clients_now, 1);
+    say(&late, ASK("state", 1));
+    CHECK_STR(HEAR(late), STATE(0, 1));
+    leave(&late);
+    CHECK_INT(stats().clients_now, 0);
+    tear_down();
+}
+
 TEST(a_client_that_does_not_read_makes_room_sooner)
 {
     set_up(1);
@@ -1559,6 +1602,7 @@ int main(void)
     RUN(requests_take_half_of_the_time_even_when_nobody_hears_the_results);
     RUN(watches_take_half_of_the_time_and_turns);
     RUN(a_watch_tells_at_once_and_at_its_rate);
+    RUN(a_watch_that_waits_holds_up_no_other_of_its_client);
     RUN(watches_are_checked);
     RUN(a_watched_method_that_fails_says_so_in_the_notification);
     RUN(a_slow_reader_gets_the_newest_state);
@@ -1581,6 +1625,7 @@ int main(void)
     RUN(a_place_that_is_kept_goes_to_the_next_connection);
     RUN(who_makes_room_is_found_by_looking_at_each_a_few_times);
     RUN(watches_of_who_has_most_make_room_for_those_of_who_has_none);
+    RUN(who_leaves_as_it_makes_room_takes_nobody_with_it);
     RUN(a_client_that_does_not_read_makes_room_sooner);
     RUN(a_place_is_kept_for_those_that_may_change_something);
     RUN(the_rate_of_a_client_s_watches_is_bounded);
