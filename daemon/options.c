@@ -207,14 +207,22 @@ static int check_options(const struct options *o)
     return -1;
 }
 
-/* An option that there is not. */
-static int refuse_option(const char *given)
+/* An option that has a value and takes none, which is c, or that there is not: c is its letter, or 0 when it is a long
+ * one. `given` is the word of a long one. */
+static int refuse_option(int c, const char *given)
 {
     const char *meant = NULL;
     char name[WORD_FAR];
     size_t best = WORD_FAR;
+    for (const struct option *l = longs; c && l->name; l++)
+        if (l->val == c) {
+            fprintf(stderr, "sonard: option %s takes no value; see `sonard --help`\n", given);
+            return USAGE;
+        }
     snprintf(name, sizeof name, "%.*s", (int)strcspn(given, "="), given);
-    for (const struct option *l = longs; l->name && name[0] == '-' && name[1] == '-'; l++)
+    if (c)
+        snprintf(name, sizeof name, "-%c", c);
+    for (const struct option *l = longs; l->name && !c; l++)
         if (word_is_nearest(name + 2, l->name, &best))
             meant = l->name;
     fprintf(stderr,
@@ -239,7 +247,7 @@ int options_parse(int argc, char **argv, struct options *o)
     int status = -1;
     opterr = 0;
     for (int c; status < 0 && (c = getopt_long(argc, argv, ":c:h", longs, NULL)) != -1;)
-        status = c == '?'           ? refuse_option(argv[optind - 1])
+        status = c == '?'           ? refuse_option(optopt, argv[optind - 1])
                  : c == ':'         ? refuse_bare(optopt, argv[optind - 1])
                  : is_bare(c, argv) ? refuse_bare(c, argv[optind - 2])
                                     : take_option(o, c, optarg);

@@ -215,13 +215,20 @@ __attribute__((format(printf, 1, 2))) static int refuse(const char *fmt, ...)
     return 2;
 }
 
-static int no_option(const char *given, const struct option *options)
+/* One that has a value and takes none, which is c, or that there is not: c is its letter, or 0 when it is a long one.
+ * `given` is the word of a long one. */
+static int no_option(int c, const char *given, const struct option *options)
 {
     const char *meant = NULL;
     char name[64];
     size_t best = WORD_FAR;
+    for (const struct option *o = options; c && o->name; o++)
+        if (o->val == c)
+            return refuse("option %s takes no value", given);
     snprintf(name, sizeof name, "%.*s", (int)strcspn(given, "="), given);
-    for (const struct option *o = options; o->name && name[0] == '-' && name[1] == '-'; o++)
+    if (c)
+        snprintf(name, sizeof name, "-%c", c);
+    for (const struct option *o = options; o->name && !c; o++)
         if (word_is_nearest(name + 2, o->name, &best))
             meant = o->name;
     return refuse(meant ? "no option %s; did you mean --%s?" : "no option %s", name, meant);
@@ -263,7 +270,7 @@ static int command_line(int argc, char **argv)
         case ':':
             return refuse("%s needs a value", argv[optind - 1]);
         default:
-            return no_option(argv[optind - 1], options);
+            return no_option(optopt, argv[optind - 1], options);
         }
     }
     if (optind == argc)

@@ -69,6 +69,8 @@ COMMANDS = (
     ("configuration as a word", SONARD, ("CONF",), 2, ("-c CONF",)),
     ("check of a program", SONARD, ("--check", "/bin/sh"), 1, ("/bin/sh:1: byte 0x7f in column 1; expected text in UTF-8",)),
     ("check of a picture", SONARD, ("--check", "PICTURE"), 1, ("PICTURE:1: byte 0x89 in column 1; expected text in UTF-8",)),
+    ("letters that are no options", SONARD, ("-Zh",), 2, ("sonard: no option -Z; see `sonard --help`",)),
+    ("value for an option that takes none", SONARD, ("--print=CONF",), 2, ("option --print=", "takes no value", "sonard --help")),
     ("typo in an option of the daemon", SONARD, ("--chekc", "CONF"), 2, ("--chekc", "did you mean --check?")),
     ("configuration that is not there", SONARD, ("-c", "NONE"), 3, ("NONE: cannot be read", "No such file")),
     ("no configuration at all", SONARD, (), 3, ("no configuration at", "-c FILE", "sonarctl setup --output")),

@@ -294,6 +294,8 @@ TEST(command_line_faults_are_said)
         {{"info", "--colour"}, 2, "sonarctl capture: no option --colour; see `sonarctl capture --help`\n"},
         {{"export", "--foxgloove", "a"}, 2, "no option --foxgloove; did you mean --foxglove?\n"},
         {{"info", "-Z"}, 2, "no option -Z; see"},
+        {{"info", "-Zh"}, 2, "no option -Z; see"},
+        {{"export", "--csv=a"}, 2, "option --csv=a takes no value; see"},
         {{"export", "a", "--conf"}, 2, "--conf needs a value; see"},
         {{"info", "/nonexistent"}, 1, "/nonexistent: No such file or directory"},
     };
