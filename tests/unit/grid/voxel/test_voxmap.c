@@ -1421,6 +1421,41 @@ TEST(what_a_submap_keeps_is_in_no_residual)
     rig_free(r);
 }
 
+/* A place told a voxel off puts an echo so much farther aside, of a beam whose side faces a corner of the lattice's
+ * cubes, too: where the box does not reach it is in the residual as far. */
+TEST(an_echo_beyond_the_box_is_in_the_residual_as_far_aside)
+{
+    struct voxmap_setting all = rig_setting(), little = rig_setting();
+    all.side = 12;
+    all.height = 160;
+    little.side = 3;
+    little.height = 24;
+    uint64_t echoes = 0, missing = 0;
+    for (int n = 0; n < 5; n++) {
+        struct rig *kept = rig_new(&all), *r = rig_new(&little);
+        struct rig_ping p;
+        rig_aim(&p, (const double[3]){0.037 * n, 0.041 * n, 0.053 * n}, 0, 0);
+        rig_hear(&p, 8);
+        p.beam.echo[0].near_m = 3;
+        quat_from_rpy(geo_rad(35.3), 0, geo_rad(46.5), p.echoes.pose.attitude);
+        p.echoes.pose.uncertain_m = all.voxel_m;
+        CHECK(rig_enter(kept, &p, 0) && rig_enter(r, &p, 0));
+        CHECK_INT(kept->map.stats.clipped, 0);
+        for (int c = 0; c < 100 * 100 * 120; c++) {
+            const int64_t cell[3] = {c / 120 / 100 - 5, c / 120 % 100 - 5, c % 120 - 60};
+            if (merge_sum(&kept->map, cell).echoes == 0)
+                continue;
+            const struct merge_sum sum = merge_sum(&r->map, cell);
+            echoes++;
+            missing += sum.echoes + sum.residual == 0;
+        }
+        rig_free(kept);
+        rig_free(r);
+    }
+    CHECK_INT(missing, 0);
+    CHECK(echoes > 10000);
+}
+
 /* A submap that was corrected leaves its residual where it lay at last. */
 TEST(a_moved_submap_is_forgotten_where_it_lies)
 {
@@ -1649,6 +1684,7 @@ int main(void)
     RUN(too_little_memory_frees_nothing);
     RUN(too_little_memory_frees_nothing_while_it_forgets);
     RUN(what_a_submap_keeps_is_in_no_residual);
+    RUN(an_echo_beyond_the_box_is_in_the_residual_as_far_aside);
     RUN(a_moved_submap_is_forgotten_where_it_lies);
     RUN(blocks_equal_cells);
     RUN(blocks_of_corrected_submaps_equal_cells);
