@@ -1,6 +1,7 @@
 #!/usr/bin/env -S python3 -B
 # SPDX-License-Identifier: MIT
-"""After start-up the way of a ping allocates nothing and faults no page, with any number of threads."""
+"""After start-up the way of a ping allocates nothing and faults no page, with any number of threads. Where nothing
+happens the daemon sleeps."""
 import glob
 import os
 import re
@@ -77,5 +78,18 @@ def recording(bench):
     check(faults == 0, "%d page faults" % faults)
 
 
-run([("threads%d" % n, lambda bench, n=n: quiet(bench, n)) for n in (0, 1, 2)] + [("recording", recording)],
+def at_rest(bench):
+    """The loop sleeps between its ticks while it records, too: one that looks again and again never waits."""
+    bench.conf()  # of a sonar that is not there
+    daemon = bench.sonard("--record", bench.path("captures"))
+    daemon.client().leave()
+
+    def slept():
+        with open("/proc/%d/status" % daemon.pid, encoding="ascii") as f:
+            return int(re.search(r"\nvoluntary_ctxt_switches:\s+(\d+)", f.read())[1])
+    before = slept()
+    until(lambda: slept() >= before + 20, "the loop to sleep")
+
+
+run([("threads%d" % n, lambda bench, n=n: quiet(bench, n)) for n in (0, 1, 2)] + [("recording", recording), ("at_rest", at_rest)],
     parallel=4)
