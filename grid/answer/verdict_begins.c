@@ -55,7 +55,7 @@ double verdict_tile_begins_m(struct verdict *v, const struct verdict_part *part,
 }
 
 /* Seeks on from where it has come; false: it is to be called again. What ends there may not farther on, where the tile
- * touches less of the same record. */
+ * touches less of the same record, or another of its beams. */
 static bool seek(struct verdict *v, const struct verdict_part *part, double most_m, double *begin_m)
 {
     const double from_m = v->sought_m, to_m = fmin(2 * from_m, most_m);

@@ -433,8 +433,7 @@ double ask_begins_m(struct ask *a, const struct water_view *view, int n, const s
     begin_pass(a, &whole);
     for (; a->pass.record < n && !is_said(a, now, a->pass.record); a->pass.record++)
         pass_record(a, &cone, a->pass.record);
-    const bool ends = now->limit_m < within->to_m && is_mixed_at(&a->pass.mixed, now->limit_m);
-    *ends_m = ends ? now->limit_m : INFINITY;
+    *ends_m = now->limit_m < within->to_m ? now->limit_m : INFINITY;
     const bool at_once = now->n == 0 || now->open[0].from_m > within->from_m;
     const double begin_m = at_once ? within->from_m : now->open[0].to_m;
     return begin_m < now->limit_m ? begin_m : INFINITY;

@@ -102,8 +102,8 @@ void ask_begin(struct ask *a, const struct water_view *view, int n, const struct
 bool ask_step(struct ask *a);
 
 /** ask_begins_m - where from from_m on the tile begins to be free by those records, before to_m; INFINITY: nowhere.
- * *ends_m: there it ends, by what a smaller tile may be told otherwise of; INFINITY: it does not, or for good. What was
- * asked before is over. Cost: that of one tile. */
+ * *ends_m: there it ends; INFINITY: it does not. Farther on it may be free again: a sensor off the vehicle's middle
+ * sees that in another beam. What was asked before is over. Cost: that of one tile. */
 double ask_begins_m(struct ask *a, const struct water_view *view, int n, const struct tile_index *tile,
                     const struct ask_stretch *within, double *ends_m);
 

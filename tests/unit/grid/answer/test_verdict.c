@@ -138,6 +138,31 @@ TEST(clear_to_a_cone_is_clear_to_a_narrower_one)
     }
 }
 
+/* The line ahead goes from a beam of a sonar beside the vehicle, which ends, into the next one, which does not. */
+TEST(water_within_near_goes_on_in_another_beam)
+{
+    const struct mount beside = {.attitude = {1, 0, 0, 0}, .position_m = {0, -0.5, 0}};
+    begin();
+    ping.az_aperture_rad = (float)geo_rad(10);
+    ping.n_beams = 2;
+    beam[0] = (struct beam_echoes){.az_rad = (float)geo_rad(25), .blind_m = 0.1f, .free_to_m = 5};
+    beam[1] = (struct beam_echoes){.az_rad = (float)geo_rad(35),
+                                   .blind_m = 0.1f,
+                                   .free_to_m = 0.3f,
+                                   .state = BEAM_ECHO,
+                                   .n = 1,
+                                   .echo = {{.range_m = 0.33f, .near_m = 0.3f, .confidence = 0.9f}}};
+    ping.pose = now.pose;
+    ping.pose.t_ns = ping.t_ns;
+    store_enter(store, &ping, &beside);
+    ping.n_beams = 1;
+    beam[0] = (struct beam_echoes){.blind_m = 0.5f, .free_to_m = 0.7f};
+    send();
+    CHECK(cone(0.6, 1.5)->state == ANSWER_CLEAR);
+    CHECK(cone(1.2, 1.5)->state == ANSWER_CLEAR);
+    CHECK(cone(1.4, 1.5)->state == ANSWER_UNKNOWN);
+}
+
 TEST(what_is_next_to_the_vehicle_must_be_observed_or_promised)
 {
     begin();
@@ -1380,6 +1405,7 @@ int main(void)
 {
     RUN(clear_to_a_distance_is_clear_to_every_shorter_one);
     RUN(clear_to_a_cone_is_clear_to_a_narrower_one);
+    RUN(water_within_near_goes_on_in_another_beam);
     RUN(what_is_next_to_the_vehicle_must_be_observed_or_promised);
     RUN(near_holds_up_to_what_is_observed);
     RUN(water_is_told_from_where_it_was_observed);
