@@ -83,7 +83,9 @@ static bool is_known(const struct verdict *v, const struct verdict_part *part)
            (part->from_m < to_m || to_m >= verdict_distance_m(v));
 }
 
-#define WITHIN_STARTS 12
+/* So many leave room for `near`, and half of it and so on. Where they do not suffice a narrow cone, which goes from one
+ * piece of water to the next, is told less than a wide one. */
+#define WITHIN_STARTS 20
 
 /* Some of the water counts, and goes on to there, or to what else bars it. */
 static bool counts_to(const struct verdict_part *part, double to_m)

@@ -138,6 +138,20 @@ TEST(clear_to_a_cone_is_clear_to_a_narrower_one)
     }
 }
 
+/* To the cone each ping shows one more piece of water. */
+TEST(of_many_pieces_within_near_the_farthest_counts)
+{
+    begin();
+    ping.n_beams = 1;
+    for (int i = 14; i >= 0; i--) {
+        ping.az_aperture_rad = (float)geo_rad(20 + i);
+        beam[0] = (struct beam_echoes){.blind_m = 0.5f + 0.15f * (float)i, .free_to_m = 0.6f + 0.15f * (float)i};
+        send();
+    }
+    CHECK(cone(2.6, 3)->state == ANSWER_CLEAR);
+    CHECK(cone(2.8, 3)->state == ANSWER_UNKNOWN);
+}
+
 /* The line ahead goes from a beam of a sonar beside the vehicle, which ends, into the next one, which does not. */
 TEST(water_within_near_goes_on_in_another_beam)
 {
@@ -1405,6 +1419,7 @@ int main(void)
 {
     RUN(clear_to_a_distance_is_clear_to_every_shorter_one);
     RUN(clear_to_a_cone_is_clear_to_a_narrower_one);
+    RUN(of_many_pieces_within_near_the_farthest_counts);
     RUN(water_within_near_goes_on_in_another_beam);
     RUN(what_is_next_to_the_vehicle_must_be_observed_or_promised);
     RUN(near_holds_up_to_what_is_observed);
