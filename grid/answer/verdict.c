@@ -41,11 +41,19 @@ static void end_here(struct verdict_part *part, double end_m)
     part->end_m = end_m;
 }
 
+/* From here on something else than the records says that the water is not free. */
+static double barred_m(const struct verdict_part *part)
+{
+    const double bar_m = fmin(part->bottom_m, part->hint_m);
+    return fmin(bar_m, part->obstacle_m);
+}
+
 /* What was found from start_m on: rather what begins where it is promised. Why the water ends is told of the look
  * from `near` on, or of the one that found some. */
 static void take_water(struct verdict *v, struct verdict_part *part, const struct ask_answer *water)
 {
-    const bool found = water->free_to_m > part->start_m, counts = part->start_m <= part->promised_m;
+    const bool found = water->free_to_m > part->start_m,
+               counts = part->start_m <= part->promised_m && (!part->found || part->start_m < barred_m(part));
     part->starts++;
     part->ends = geo_length(water->at) > 0;
     if (part->stage == VERDICT_BEYOND) {
@@ -66,13 +74,6 @@ static void take_water(struct verdict *v, struct verdict_part *part, const struc
     part->tile = smallest_of(v, &water->tile, part->line_at);
     if ((found && counts) || (!part->found && part->start_m == verdict_near_m(v)))
         end_here(part, end_m);
-}
-
-/* From here on something else than the records says that the water is not free. */
-static double barred_m(const struct verdict_part *part)
-{
-    const double bar_m = fmin(part->bottom_m, part->hint_m);
-    return fmin(bar_m, part->obstacle_m);
 }
 
 /* It is free as far as asked, or up to there, and all nearer is the vehicle's, or promised. */
@@ -103,9 +104,9 @@ static double next_within(struct verdict *v, struct verdict_part *part)
     if (counts_to(part, verdict_near_m(v)))
         return -1;
     const double known_m = part->found ? fmax(part->start_m, part->free_m) : part->start_m,
-                 from_m = part->starts < WITHIN_STARTS ? verdict_begins_m(v, part, known_m, verdict_near_m(v))
-                                                       : verdict_near_m(v);
-    if (from_m < verdict_near_m(v)) /* or VERDICT_UNSOUGHT */
+                 most_m = fmin(verdict_near_m(v), barred_m(part)),
+                 from_m = part->starts < WITHIN_STARTS ? verdict_begins_m(v, part, known_m, most_m) : INFINITY;
+    if (from_m < most_m) /* or VERDICT_UNSOUGHT */
         return from_m;
     part->stage = VERDICT_NEAR;
     return verdict_near_m(v);

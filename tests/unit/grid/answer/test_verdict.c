@@ -138,6 +138,22 @@ TEST(clear_to_a_cone_is_clear_to_a_narrower_one)
     }
 }
 
+/* What lies behind an obstacle does not take the place of what lies before it. */
+TEST(water_before_an_obstacle_is_told_whatever_is_free_behind_it)
+{
+    begin();
+    ping.n_beams = 1;
+    ping.az_aperture_rad = (float)geo_rad(40);
+    beam[0] = (struct beam_echoes){.blind_m = 1.5f, .free_to_m = 2.5f};
+    send();
+    beam[0] = (struct beam_echoes){.blind_m = 0.75f, .free_to_m = 1};
+    send();
+    CHECK(cone(1.1, 3)->state == ANSWER_CLEAR);
+    put(1.2, 4);
+    CHECK_NEAR(cone(1.1, 3)->free_to_m, 1, 0, 0.05);
+    CHECK(cone(1.1, 3)->state == ANSWER_UNKNOWN);
+}
+
 /* To the cone each ping shows one more piece of water. */
 TEST(of_many_pieces_within_near_the_farthest_counts)
 {
@@ -1419,6 +1435,7 @@ int main(void)
 {
     RUN(clear_to_a_distance_is_clear_to_every_shorter_one);
     RUN(clear_to_a_cone_is_clear_to_a_narrower_one);
+    RUN(water_before_an_obstacle_is_told_whatever_is_free_behind_it);
     RUN(of_many_pieces_within_near_the_farthest_counts);
     RUN(water_within_near_goes_on_in_another_beam);
     RUN(what_is_next_to_the_vehicle_must_be_observed_or_promised);
