@@ -207,8 +207,8 @@ static int check_options(const struct options *o)
     return -1;
 }
 
-/* An option that has a value and takes none, which is c, or that there is not: c is its letter, or 0 when it is a long
- * one. `given` is the word of a long one. */
+/* Either option c was given a value and takes none, or there is no such option: then c is its letter, or 0 for a long
+ * one, which is the word `given`. */
 static int refuse_option(int c, const char *given)
 {
     const char *meant = NULL;

@@ -215,8 +215,8 @@ __attribute__((format(printf, 1, 2))) static int refuse(const char *fmt, ...)
     return 2;
 }
 
-/* One that has a value and takes none, which is c, or that there is not: c is its letter, or 0 when it is a long one.
- * `given` is the word of a long one. */
+/* Either option c was given a value and takes none, or there is no such option: then c is its letter, or 0 for a long
+ * one, which is the word `given`. */
 static int no_option(int c, const char *given, const struct option *options)
 {
     const char *meant = NULL;

@@ -132,8 +132,8 @@ bool horizon_take(struct horizon *h, const struct ask *ask, const struct horizon
     return is_open(h);
 }
 
-#define THIN_M                                                                                                    \
-    0.01 /* half of a rope of 2 cm: a beam that passes no farther beside its middle than this meets it */
+/* Half of a rope of 2 cm. A beam that passes no farther beside its middle meets it. */
+#define ROPE_M 0.01
 
 /*
  * Was that place in somebody's beam, or so little beside it that nothing thicker than a rope fits there? Or no farther
@@ -145,7 +145,7 @@ static bool is_looked_at(const struct horizon *h, const double v[3], double at_m
 {
     const double within_rad = h->promise.frame->looks.gap_rad[look->record->sensor % BEARINGS_SENSORS] / 2;
     const struct water_sought sought = {h->near_m, within_rad,
-                                        fmax(THIN_M, thick ? h->near_m * sin(within_rad) : 0)};
+                                        fmax(ROPE_M, thick ? h->near_m * sin(within_rad) : 0)};
     return !look->lost && water_looks(look, v, at_m, &sought);
 }
 

@@ -61,7 +61,7 @@ double promise_m(struct promise *p, double az_rad, const struct promise_look *lo
 bool promise_heeds(struct promise *p, double az_rad, double near_m);
 bool promise_asks(struct promise *p, double az_rad, double near_m);
 
-/** promise_looks - do sonars look at that place, from the vehicle? Near by such as are off the middle look elsewhere
+/** promise_looks - do sonars look at that place, from the vehicle? Those off the middle look elsewhere near by
  * than far away. promise_passes - do they somewhere from PROMISE_LEAST of near_m up to it? */
 bool promise_looks(const struct promise *p, double az_rad, double range_m);
 bool promise_passes(const struct promise *p, double az_rad, double near_m);
