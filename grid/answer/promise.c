@@ -218,7 +218,7 @@ static struct ahead ahead_of(const struct promise *p, const double v[3], double 
                           asin(fmin(fabs(u[2]), 1)) + p->picture->rings->step_rad};
 }
 
-/* Does such as turns look at some place of that way? */
+/* Does a head look at some place on that way? */
 static bool head_passes(const struct promise *p, double az_rad, double near_m)
 {
     double v[3];
@@ -242,7 +242,7 @@ static double unshown_m(struct promise *p, double az_rad, const struct promise_l
     if (!looked.by_head && looked.still_rad <= 0)
         return promise_passes(p, az_rad, near_m) ? looked_m : near_m;
     const bool shown = bearings_have(p->shown, looked.az_rad, 0);
-    const double edge = edge_m(p, &looked, look);
+    const double edge = head_passes(p, az_rad, near_m) ? 0 : edge_m(p, &looked, look);
     if (look->goes_on || (shown && !drifts))
         return fmin(fmax(looked_m, edge), near_m);
     const double left_m = drifts ? fmin(looked_m, adrift_m(p, look, near_m)) : near_m;
@@ -251,7 +251,7 @@ static double unshown_m(struct promise *p, double az_rad, const struct promise_l
     return left_m;
 }
 
-/* Do such that do not turn? */
+/* Does a still sonar look there? */
 static bool still_looks(const struct promise *p, double az_rad, double range_m)
 {
     struct bearings_view view = p->view;

@@ -311,6 +311,25 @@ TEST(near_holds_in_a_still_beam_as_far_as_drift_has_brought_its_edge)
     now.pose.drift_mps = 0;
 }
 
+/* But not where a head looks: it has to have looked there. */
+TEST(near_holds_at_no_edge_of_a_still_beam_where_a_head_has_yet_to_look)
+{
+    for (int head = 0; head < 2; head++) {
+        struct picture_frame frame;
+        start();
+        looks_at(head ? UINT64_MAX : 0, 0, false);
+        picture_get_frame(&picture, &frame);
+        open_still(&frame.looks, 0, 60);
+        picture_begin(&picture);
+        picture_set_frame(&picture, &frame);
+        picture_end(&picture);
+        now.pose.drift_mps = 0.1;
+        const struct promise_look look = {.showed = true, .goes_on = true, .age_s = 4, .looked_m = 0.5};
+        CHECK_NEAR(promised(13.5, look, 3), head ? 0.5 : 1.99, 0, 0.08);
+    }
+    now.pose.drift_mps = 0;
+}
+
 /* The same where the last ping lies uncertainly, though it showed no water there; how long ago is not asked here. */
 TEST(near_holds_in_a_still_beam_as_far_as_its_edge_is_uncertain)
 {
@@ -532,6 +551,7 @@ int main(void)
     RUN(near_ends_before_what_nobody_looked_at_where_a_head_has_yet_to_look);
     RUN(near_covers_no_water_in_a_beam_that_stays);
     RUN(near_holds_in_a_still_beam_as_far_as_drift_has_brought_its_edge);
+    RUN(near_holds_at_no_edge_of_a_still_beam_where_a_head_has_yet_to_look);
     RUN(near_holds_in_a_still_beam_as_far_as_its_edge_is_uncertain);
     RUN(near_covers_no_place_at_which_a_still_fan_looks);
     RUN(near_covers_no_place_at_which_a_fan_off_the_middle_looks);
